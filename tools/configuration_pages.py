@@ -1,4 +1,4 @@
-"""Tables of the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+"""Tables of the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md docs/tasks.md`.
 
 Bounds are generated from the readers' own constants, and entries from the texts of `entries.yaml`. In a page a table
 stands between `<!-- made: NAME -->` or `<!-- entries: NAME -->` and `<!-- end -->`; the rest is written by hand.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.trial.catalogue import bundled, bundled_sensors
+from cellwright.config.trial.catalogue import all_bundled
 from tests.cli.conftest import CommandLine
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
@@ -86,7 +86,7 @@ def test_run_with_invalid_option_is_refused(
         ("broken.yml", "broken.yml: there is no such file; did you mean broken.yaml"),
         ("wrogn.yaml", "wrogn.yaml: there is no such file; did you mean wrong.yaml"),
         ("no/trial", "no/trial: there is no such file"),
-        ("lessn", f"unknown trial 'lessn'; did you mean lesson (known: {', '.join([*bundled(), *bundled_sensors()])})"),
+        ("lessn", f"unknown trial 'lessn'; did you mean lesson (known: {', '.join(all_bundled())})"),
         ("folder", "folder: is a folder; give the files of a trial"),
         ("latin.yaml", "latin.yaml:2: not UTF-8 text; save the file as UTF-8"),
         ("broken.yaml", "broken.yaml:1: invalid YAML: expected the node content, but found '<stream end>'"),

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.config.trial.catalogue import bundled
+from cellwright.config.trial.catalogue import bundled, bundled_tasks
 from tests.cli.conftest import CommandLine
 
 
@@ -24,8 +24,14 @@ def of(listed: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def test_json_lists_all_bundled_trials(listed: dict[str, Any]) -> None:
-    assert [trial["name"] for trial in listed["trials"]] == bundled()
+    assert [trial["name"] for trial in listed["trials"]] == [*bundled(), *bundled_tasks()]
     assert len(bundled()) == 29
+
+
+def test_json_has_the_sentence_of_a_task(listed: dict[str, Any]) -> None:
+    task = of(listed, "pick_from_bin")
+    assert (task["scenario"], task["task"]) == ("task", "Pick up a gear from the bin.")
+    assert of(listed, "lesson")["task"] is None
 
 
 def test_json_has_scenario_of_each_final(listed: dict[str, Any]) -> None:

@@ -24,16 +24,18 @@ from cellwright.config.trial import (
     settings,
     short_orders,
     short_parts,
+    task_reader,
     values,
 )
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.task import Held, LinkAt, OnTray, Task, Turned
 from cellwright.config.trial.trial import CellSettings, Options, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.config.trial.whole import WHOLE
 from tools.configuration_pages import filled, tables
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ["configuration.md", "robot-configuration.md"]
+PAGES = ["configuration.md", "robot-configuration.md", "tasks.md"]
 PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
     "sections": (Keys(optional=dict.fromkeys(gear2017.TOP_LEVEL)), ()),
     "sensors": (sensors.SENSOR, ("sensors", "beam")),
@@ -88,6 +90,14 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "cell-views": (keys.VIEW, "", None),
     "cell-places": (keys.FRAME, "", None),
     "cell-sensors": (cell_sensors.SENSOR, "", None),
+    "task": (task_reader.TASK, "", Task),
+    "task-start": (task_reader.START, "", None),
+    "task-success": (task_reader.SUCCESS, "", None),
+    "task-held": (task_reader.HELD, "held.", Held),
+    "task-on-tray": (task_reader.ON_TRAY, "on_tray.", OnTray),
+    "task-discarded": (task_reader.DISCARDED, "discarded.", None),
+    "task-turned": (task_reader.TURNED, "turned.", Turned),
+    "task-link-at": (task_reader.LINK_AT, "link_at.", LinkAt),
     "parts-in-bins": (short_parts.IN_BIN, "", None),
     "parts-on-belts": (short_parts.ON_BELT, "", None),
     "short-orders": (short_orders.SHORT_ORDER, "", None),

@@ -30,10 +30,12 @@ from cellwright.cell.interface.frames import on_link
 from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
 from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
-from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.cell.model.build import World, build_world, demo_origin
+from cellwright.cell.model.build import World, build_world
 from cellwright.cell.robots import add_robots
 from cellwright.cell.start import CellSnapshot, Start
+from cellwright.cell.tasks.monitor import TaskMonitor
+from cellwright.cell.tasks.start import TaskStarter
+from cellwright.cell.tasks.view import TaskView
 from cellwright.cell.variation import Bounds
 from cellwright.config.arm import ServoProfile
 from cellwright.config.sensors import PictureCameraConfig, SensorConfig
@@ -98,11 +100,11 @@ class Cell(CellDevices):
             if not all(arm.is_original for arm in trial.arms):
                 raise UsageError(f"servo: {servo} is of the UR10 of 2017; leave it out")
             trial = replace(trial, settings=replace(trial.settings, arm=replace(trial.settings.arm, servo=servo)))
-        self.trial = trial
-        """The trial of the run, with its variation."""
         self.start = Start(trial.settings.seed if seed is None else seed)
         """Seed, variation and posture of the arm with which the run began."""
         self._written = trial
+        self.trial = trial = self.start.of(trial)
+        """The trial of the run, with its variation."""
         self.world: World = build_world(trial)
         self.simulation = Simulation(
             self.world.model,
@@ -147,7 +149,18 @@ class Cell(CellDevices):
             senders=self.senders.values(),
             grippers=self.grippers.values(),
         )
-        self.demo_tray = self._make_demo_tray()
+        self.demo_tray = DemoTray.of(trial, self.trays.values(), self.parts)
+        if self.demo_tray:
+            self.competition.on_effect.append(self.demo_tray.take_effect)
+        self.task: TaskMonitor | None = None
+        """Judge of the trial's task; None without a section `task`."""
+        self._task_starter: TaskStarter | None = None
+        if trial.task is not None:
+            self._task_starter = TaskStarter(trial.task, self.competition, self.grippers.values())
+            trays = {each.name: self.trays[each.number] for each in trial.stations}
+            self.task = TaskMonitor(
+                trial.task, TaskView(self.simulation, self.parts, trays, self.grippers, self.competition)
+            )
 
     def _make_sensors(self, trial: Trial, report: Callable[[str], None]) -> None:
         scene = self._make_scene()
@@ -181,6 +194,8 @@ class Cell(CellDevices):
         # The competition begins by emptying its picture of the trays, which have forgotten their reports by then. In a
         # tick its events have a priority behind all others.
         yield self.competition
+        # A task begins when nothing of the last run is left.
+        yield from filter(None, (self._task_starter, self.task))
         yield self.checkpoints
 
     def _bind(self, trial: Trial) -> None:
@@ -368,20 +383,6 @@ class Cell(CellDevices):
         if description.type in _RANGE_SENSORS:
             return _RANGE_SENSORS[description.type](description.name, description.pose)
         return make_plugin_sensor(description, scene)
-
-    def _make_demo_tray(self) -> DemoTray | None:
-        names = [f"{demo_origin(self.trial)}|{name}" for name, _ in self.trial.demo_clones()]
-        if not names:
-            return None
-        pool, ordered = [self.parts.part(name) for name in names], [each for _, each in self.trial.demo_clones()]
-        demo = DemoTray(next(iter(self.trays.values())), self.parts, pool, ordered)
-
-        def begin(effect: Effect) -> None:
-            if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:
-                demo.fill()
-
-        self.competition.on_effect.append(begin)
-        return demo
 
     def _make_scene(self) -> ModelSnapshot:
         model = self.world.model

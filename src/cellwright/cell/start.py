@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 from operator import index
 
 from cellwright.cell.variation import Bounds, vary
+from cellwright.config.layout.arm_models import home_of, joints_of
 from cellwright.config.robot.model import Limits
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.random_streams import generator
 from cellwright.engine.snapshot import Snapshot
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -67,11 +69,11 @@ class Start:
         Raises:
             UsageError: the trial has no arm for the joints, or has been varied before.
         """
-        trial = written
-        if self.joints:
-            if not trial.has_arm:
-                raise UsageError(f"joints: trial {trial.name} has no arm; leave them out")
-            trial = replace(trial, initial_joint_states={**trial.initial_joint_states, **self.joints})
+        if self.joints and not written.has_arm:
+            raise UsageError(f"joints: trial {written.name} has no arm; leave them out")
+        trial, joints = written, {**_joints_of_task(written, self.seed), **self.joints}
+        if joints:
+            trial = replace(trial, initial_joint_states={**trial.initial_joint_states, **joints})
         if self.bounds is None:
             return trial
         if trial.circumstances.seed is not None:
@@ -102,6 +104,21 @@ class CellSnapshot:
     def time(self) -> float:
         """Simulation time of the run [s]."""
         return self.state.time / NANOSECONDS
+
+
+def _joints_of_task(trial: Trial, seed: int) -> dict[str, float]:
+    """Return the positions of arm joints in which a task begins [rad; m], within their limits."""
+    if trial.task is None:
+        return {}
+    begin, limits, found = trial.task.start, trial.joints, dict(trial.task.start.joints)
+    if begin.jitter:
+        chance, written = generator(seed, "task/start"), {**trial.initial_joint_states, **begin.joints}
+        for arm in trial.arms:
+            for name, usual in home_of(arm, joints_of(arm, trial.arm_models)).items():
+                key = arm.start_prefix + name
+                position = written.get(key, usual) + begin.jitter * float(chance.uniform(-1.0, 1.0))
+                found[key] = min(max(position, limits[key].lower), limits[key].upper)
+    return found
 
 
 def _checked_seed(seed: int) -> int:

@@ -19,7 +19,7 @@ from cellwright.cli import output
 from cellwright.clients.client.session import parse_address
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.parsing.tree import Problem
-from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.config.trial.catalogue import all_bundled, find_trial
 from cellwright.config.trial.gear2017 import Loaded, load_trial
 from cellwright.config.trial.joining import find_files, refuse_several_trials
 from cellwright.config.trial.trial import Trial
@@ -113,7 +113,7 @@ def _path(file: str) -> Path:
         refuse(f"{file}: cannot be read: {error.strerror}")
     if not stat.S_ISDIR(mode):
         return path
-    if file in (*bundled(), *bundled_sensors()):
+    if file in all_bundled():
         return find_trial(file)
     refuse(f"{file}: is a folder; give the files of a trial")
 

@@ -15,24 +15,24 @@ from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
 from cellwright.cli.parameters import flag
 from cellwright.cli.tables import FOLD, RIGHT, print_table, table
-from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
+from cellwright.config.trial.catalogue import all_bundled, bundled, bundled_sensors, bundled_tasks, find_trial, scenario
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import CellwrightError
 
-_NAME_WIDTH = max(map(len, bundled()))
+_NAME_WIDTH = max(map(len, (*bundled(), *bundled_tasks())))
 
 
 def trials(as_json: Annotated[bool, flag("--json", "Print the list as JSON.")] = False) -> None:
-    """List the bundled trials: the orders of each, and its difficulties.
+    """List the bundled trials: the task or the orders of each, and its difficulties.
 
     The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Add a
     file that has them; the bundled ones are at the end of the list.
 
         cellwright run final01+kitter_sensors
     """
-    listed_trials = {name: _load(name) for name in bundled()} | _plugin_trials()
+    listed_trials = {name: _load(name) for name in (*bundled(), *bundled_tasks())} | _plugin_trials()
     sensors = {name: _load(name) for name in bundled_sensors()}
     if as_json:
         document = {
@@ -49,7 +49,7 @@ def _plugin_trials() -> dict[str, Trial]:
     loaded = {}
     for name in plugins.names("trials"):
         try:
-            if name in (*bundled(), *bundled_sensors()):
+            if name in all_bundled():
                 raise plugins.plugin_error("trials", name, "has the name of a bundled trial")
             loaded[name] = _load(name)
         except CellwrightError as error:
@@ -59,7 +59,7 @@ def _plugin_trials() -> dict[str, Trial]:
 
 def _heading(name: str) -> str:
     """Return the heading of a trial in the list."""
-    return scenario(name) if name in bundled() else f"of the package {plugins.package('trials', name)}"
+    return scenario(name) if name in all_bundled() else f"of the package {plugins.package('trials', name)}"
 
 
 def _load(name: str) -> Trial:
@@ -88,7 +88,9 @@ def _limit(trial: Trial) -> str:
 
 
 def _lines(trial: Trial) -> Iterable[str]:
-    """Return the lines of a trial: its orders, a line each, and its difficulties."""
+    """Return the lines of a trial: its task, its orders, a line each, and its difficulties."""
+    if trial.task is not None:
+        yield trial.task.sentence
     for order in trial.orders:
         parts = ", ".join(f"{count} {part_type}" for part_type, count in _parts(order).items())
         yield f"{len(order.kits)} x ({parts})" if len(order.kits) > 1 else parts
@@ -107,6 +109,7 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "scenario": _heading(name),
         "file": str(find_trial(name)),
         "time_limit": trial.time_limit,
+        "task": None if trial.task is None else trial.task.sentence,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
         "points": attainable.maximum,

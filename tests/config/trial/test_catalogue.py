@@ -17,8 +17,11 @@ from cellwright.config.trial.catalogue import (
     LESSON,
     QUALIFIER,
     SAMPLE,
+    TASK,
+    all_bundled,
     bundled,
     bundled_sensors,
+    bundled_tasks,
     find_trial,
     scenario,
 )
@@ -53,7 +56,7 @@ def test_bundled_trial_equals_public_file(name: str) -> None:
     assert normalized(load_trial([find_trial(name)]).trial) == normalized(public)
 
 
-@pytest.mark.parametrize("name", bundled())
+@pytest.mark.parametrize("name", all_bundled())
 def test_bundled_trial_starts_with_comment(name: str) -> None:
     first = find_trial(name).read_text(encoding="utf-8").splitlines()[0]
     assert first.startswith("# ")
@@ -66,6 +69,12 @@ def test_bundled_trial_joins_with_sensor_files(name: str) -> None:
         trial = load_trial([find_trial(name), find_trial(sensors)]).trial
         assert trial.has_arm
         assert trial.sensors == load_trial([find_trial(sensors)]).trial.sensors
+
+
+def test_tasks_are_trials_of_their_own_scenario() -> None:
+    assert not {*bundled_tasks()} & {*bundled()}
+    assert {scenario(name) for name in bundled_tasks()} == {TASK}
+    assert all(find_trial(name).parent.name == "tasks" for name in bundled_tasks())
 
 
 def test_scenario_follows_from_trial_name() -> None:

@@ -14,7 +14,7 @@ from jsonschema import Draft202012Validator
 
 from cellwright.config.parsing.schema import DRAFT
 from cellwright.config.trial import gear2017
-from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.config.trial.catalogue import all_bundled, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.schema import SECTIONS, trial_schema
 from cellwright.util.errors import DescriptionError
@@ -75,7 +75,7 @@ def test_each_section_has_a_schema() -> None:
     assert all(schema.keys() - {"description"} for schema in SCHEMA["properties"].values())
 
 
-@pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
+@pytest.mark.parametrize("name", all_bundled())
 def test_bundled_trial_is_valid(name: str) -> None:
     assert is_valid(yaml.safe_load(find_trial(name).read_text()))
 

@@ -66,6 +66,18 @@ WHOLE: dict[str, Any] = {
         {"type": "gear_part", "in": "bin9", "grid": [2, 2], "from": [0.1, 0.1], "step": [0.2, 0.2], "turn": 0},
         {"type": "gear_part", "on": "side", "every": 10, "after": 1, "across": 0, "count": 3},
     ],
+    "task": {
+        "sentence": "Pick up a gear.",
+        "success": [
+            {"held": {"part": "gear_part", "lifted": 0.1, "by": "arm"}, "kit": "full", "score": 1},
+            {"on_tray": {"part": "gear_part", "tray": "tray1", "at": [0, 0], "yaw": "pi/2", "tolerance": 0.03}},
+            {"discarded": {"tray": "tray1"}, "turned": {"part": "gear_part", "tolerance": 0.2}},
+        ],
+        "start": {"joints": {"elbow_joint": "pi/2"}, "jitter": 0.1, "holding": "gear_part"},
+        "hold_for": 1,
+        "reward": "shaped",
+        "starts_competition": True,
+    },
     "cellwright": {
         "seed": 1,
         "timestep": "1/500",

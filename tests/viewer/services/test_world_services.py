@@ -29,7 +29,7 @@ def shared() -> Services:
 def test_worlds_are_trials(shared: Services) -> None:
     assert shared("GetCurrentWorld")["world"]["name"] == "lesson"
     worlds = shared("GetAvailableWorlds")["worlds"]
-    assert {"lesson", "final01", "qual1a"} < {each["name"] for each in worlds}
+    assert {"lesson", "final01", "qual1a", "pick_from_bin"} < {each["name"] for each in worlds}
     finals = shared("GetAvailableWorlds", filter={"tags": ["final, dropped part"]})["worlds"]
     assert [each["name"] for each in finals] == ["final06", "final07", "final08", "final09", "final10"]
     assert shared.code("GetAvailableWorlds", additional_sources=["x"])[0] == UNSUPPORTED

@@ -1,17 +1,18 @@
 """Kit trays, which report the parts on their plates once a second, and the demonstration tray."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, Self
 
 from cellwright.cell.devices.parts import Parts
+from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.kitting.fates import Removal
-from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.build import WorldPart, demo_origin
 from cellwright.cell.model.tray import plate_name
 from cellwright.config.layout.layout import Station
-from cellwright.config.trial.trial import KitObject
+from cellwright.config.trial.trial import KitObject, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
@@ -162,6 +163,18 @@ class DemoTray(Device):
         self.parts = parts
         self._pool = tuple(pool)
         self._objects = tuple(objects)
+
+    @classmethod
+    def of(cls, trial: Trial, trays: Iterable[KitTray], parts: Parts) -> Self | None:
+        """Return the demonstration tray of a trial, on its first tray; None if it fills none."""
+        clones = trial.demo_clones()
+        pool = [parts.part(f"{demo_origin(trial)}|{name}") for name, _ in clones]
+        return cls(next(iter(trays)), parts, pool, [each for _, each in clones]) if clones else None
+
+    def take_effect(self, effect: Effect) -> None:
+        """Fill it as the competition begins."""
+        if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:
+            self.fill()
 
     def fill(self) -> None:
         """Begin with the next step."""

@@ -26,6 +26,7 @@ from cellwright.engine.clock import NANOSECONDS, NEVER, nanoseconds
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.simulation import Simulation
 from cellwright.mechanism.welds import engage_weld
+from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 CHECK_PERIOD: Final = NANOSECONDS // 10
@@ -39,6 +40,12 @@ ALIGNMENT_NEEDED: Final = 0.95
 
 _ALIGNMENT_DIGITS: Final = 6
 """Decimals of the cosine that count when two parts are compared (0.08 deg): a rounding error chooses none."""
+
+_STEPS = 200
+"""Maximum number of steps that bring a part to the cup."""
+
+_TOUCH = 1e-4
+"""Distance of cup and part that touch [m]."""
 
 _NEAR = 1e-3
 """Maximum distance [m] of a contact with the cup; the engine reports contacts from this distance on."""
@@ -217,6 +224,42 @@ class VacuumGripper(VacuumCheck, Device):
             self._release(self.disable())
         self._plan()
         self._notify()
+
+    def begin_with(self, kind: str) -> None:
+        """Hold the first part of a type that is in play, as a run begins: its top in the middle of the cup.
+
+        Raises:
+            UsageError: there is none, or the part has no surface before the cup.
+        """
+        part = next((each for each in self.parts.all if each.type == kind and each.name in self.parts.in_play), None)
+        if part is None:
+            raise UsageError(f"start: the cell has no part of type {kind!r} for the cup to hold")
+        self._bring(part)
+        self.enable(self.simulation.now)
+        self.part, self.reason = part.name, ""
+        self._hold(part)
+        self._plan()
+        self._notify()
+
+    def _bring(self, part: WorldPart) -> None:
+        """Bring a part to the cup along its axis, which is the part's z axis, until they touch."""
+        simulation = self.simulation
+        simulation.refresh()
+        model, data = simulation.model, simulation.data
+        cup = Pose(tuple(data.xpos[self._body].tolist()), tuple(data.xquat[self._body].tolist()))
+        below = 2 * MAX_PART_SIZE
+        for _ in range(_STEPS):
+            self.parts.place(part, cup @ Pose((0.0, 0.0, -below)))
+            simulation.refresh()
+            cutoff = 2 * below
+            gap = min(mujoco.mj_geomDistance(model, data, self._face, geom, cutoff, None) for geom in part.geoms)
+            if gap <= _TOUCH:
+                return
+            # no surface is nearer along the axis than it is at all, so the part never goes too far
+            below -= gap
+            if below <= -MAX_PART_SIZE:
+                break
+        raise UsageError(f"start: {part.type} has no surface in the middle of its top for the cup to hold")
 
     def handle_look(self) -> None:
         """Check the contacts, and carry out the result."""

@@ -117,6 +117,8 @@ class Referee:
         self.trays: dict[str, TrayContents] = {}
         """The latest report of each tray."""
         self._announcements = Announcements(trial.orders)
+        # a task without orders ends by its success or its time limit
+        self._needs_order = trial.task is None or bool(trial.orders)
         self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
@@ -216,7 +218,7 @@ class Referee:
         if top is not None and self.scorer.is_complete(top):
             score = self.scorer.withdraw(top, now)
             effects += (OrderCompleted(score, resumes=self._top()),)
-        if not self.active_orders and not self._announcements.waiting:
+        if self._needs_order and not self.active_orders and not self._announcements.waiting:
             reason = EndReason.ORDERS_COMPLETE if self._announcements.orders else EndReason.NO_ORDERS
             effects += self._finish(reason, now)
         return effects
@@ -292,7 +294,8 @@ class Referee:
         if self.state is not CompetitionState.GO or self._started is None:
             return NEVER
         top = self._top()
-        if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:
+        is_over = self._needs_order and not self._announcements.waiting
+        if self.scorer.is_complete(top) if top is not None else is_over:
             return NOW
         due = self._announcements.due(self.trays.values(), idle=top is None)
         announcement = NEVER if due is None else self._started + due[0]

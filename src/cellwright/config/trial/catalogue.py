@@ -1,4 +1,4 @@
-"""Catalogue of bundled trials, and of bundled files with an arm and sensors for trials that have none."""
+"""Catalogue of bundled trials and tasks, and of bundled files with an arm and sensors for trials that have none."""
 
 import re
 from collections.abc import Iterator
@@ -11,6 +11,7 @@ from cellwright.util.errors import UnknownNameError, one_line
 _SUFFIX = ".yaml"
 _SENSORS = "_sensors"
 _FOLDER = Path(str(files("cellwright.config.trial"))) / "catalogue"
+_TASKS = _FOLDER / "tasks"
 
 LESSON = "lesson"
 SAMPLE = "sample"
@@ -18,6 +19,7 @@ QUALIFIER = "qualifier"
 BASELINE = "final, baseline"
 DROPPED_PART = "final, dropped part"
 KIT_CHANGE = "final, in-process kit change"
+TASK = "task"
 
 SCENARIOS = (LESSON, SAMPLE, QUALIFIER, BASELINE, DROPPED_PART, KIT_CHANGE)
 """Subjects of the bundled trials, the easier first; the finals had three scenarios of five trials each."""
@@ -34,8 +36,20 @@ def bundled_sensors() -> list[str]:
     return sorted(name for name in _names() if name.endswith(_SENSORS))
 
 
+def bundled_tasks() -> list[str]:
+    """Return the names of the bundled tasks: trials of small cells with a section `task`."""
+    return sorted(path.stem for path in _TASKS.glob(f"*{_SUFFIX}"))
+
+
+def all_bundled() -> list[str]:
+    """Return all bundled names: trials, tasks, and files with an arm and sensors."""
+    return [*bundled(), *bundled_tasks(), *bundled_sensors()]
+
+
 def scenario(name: str) -> str:
-    """Return the subject of a bundled trial, by its name: one of `SCENARIOS`."""
+    """Return the subject of a bundled trial or task, by its name: one of `SCENARIOS`, or `TASK`."""
+    if name in bundled_tasks():
+        return TASK
     if name == LESSON:
         return LESSON
     if name.startswith("qual"):
@@ -46,7 +60,7 @@ def scenario(name: str) -> str:
 
 
 def find_trial(name_or_path: str | Path) -> Path:
-    """Return a trial's file: an existing path, else the trial or sensor file of that name.
+    """Return a trial's file: an existing path, else the trial, task or sensor file of that name.
 
     Bundled trials take precedence over those of plugins.
 
@@ -58,9 +72,9 @@ def find_trial(name_or_path: str | Path) -> Path:
     if path.is_file():
         return path
     name = str(name_or_path)
-    known = [*bundled(), *bundled_sensors()]
+    known = all_bundled()
     if name in known:
-        return _FOLDER / f"{name}{_SUFFIX}"
+        return (_TASKS if name in bundled_tasks() else _FOLDER) / f"{name}{_SUFFIX}"
     from_plugins = plugins.names("trials")
     if name in from_plugins:
         return _plugin_trial(name)

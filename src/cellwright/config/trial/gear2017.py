@@ -36,6 +36,7 @@ from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors, reserved_names
 from cellwright.config.trial.settings import read_settings
 from cellwright.config.trial.short_parts import ShortParts, read_parts
+from cellwright.config.trial.task_reader import check_task, read_task
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Order, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
@@ -51,7 +52,9 @@ TOP_LEVEL = (
 """Sections of the 2017 format."""
 PARTS = "parts"
 """Name of the section of parts in bins and on belts, in short."""
-KNOWN = (*TOP_LEVEL, CELL, PARTS, OWN)
+TASK = "task"
+"""Name of the section with what is to be done."""
+KNOWN = (*TOP_LEVEL, CELL, PARTS, TASK, OWN)
 """Sections of a trial."""
 
 
@@ -194,6 +197,7 @@ def _read(
     sensors += read_cell_sensors(cell, sensors, reader)
     links = links_by_frame(layout.arms if has_arm else (), cell.arm_models)
     sensors += section(OWN, partial(read_cameras, frames=links), sensors, reserved, reader) or ()
+    task = section(TASK, read_task, reader)
     _raise_errors(overrides, reader.problems)
 
     frames = Trial(name, options=options, layout=layout).reference_frames
@@ -218,9 +222,12 @@ def _read(
         layout=layout,
         arm_models=cell.arm_models,
         robot_models=cell.robot_models,
+        task=None if task is None else task.task,
         **own,
     )
     parts.check_faulty(faulty, trial, reader)
+    if task is not None:
+        check_task(task, trial, reader)
     _warn_unused(root, trial, reader)
     _raise_errors(overrides, reader.problems)
     # all sections are in the frame of the cell

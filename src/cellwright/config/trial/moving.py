@@ -42,4 +42,5 @@ def moved(trial: Trial, by: Pose) -> Trial:
             replace(each, frame=by @ each.frame, destination=by @ each.destination) for each in trial.drop_regions
         ),
         furniture=tuple(replace(each, pose=by @ each.pose) for each in trial.furniture),
+        task=None if trial.task is None else trial.task.moved(by),
     )

@@ -21,6 +21,7 @@ from cellwright.config.trial.sensors import ARM_TYPES, SENSOR
 from cellwright.config.trial.settings import OWN
 from cellwright.config.trial.short_orders import SHORT_ORDER
 from cellwright.config.trial.short_parts import parts_schema
+from cellwright.config.trial.task_reader import TASK
 
 SECTIONS = Keys(
     optional={
@@ -51,12 +52,13 @@ def trial_schema() -> Schema:
         ['number', 'string']
     """
     sections = SECTIONS.schema()
+    task = {**TASK.schema(), "description": "What is to be done, and when it has succeeded."}
     own = {**OWN.schema(), "description": "Cellwright's own section: seed, timestep, arm, own parts and cameras."}
     return {
         "$schema": DRAFT,
         "title": "Trial of Cellwright",
         **sections,
-        "properties": {**sections["properties"], "cell": _cell(), "parts": _parts(), "cellwright": own},
+        "properties": {**sections["properties"], "cell": _cell(), "parts": _parts(), "task": task, "cellwright": own},
         "additionalProperties": False,
     }
 

@@ -20,6 +20,7 @@ from cellwright.config.parsing.reader import Placement
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Limits
 from cellwright.config.sensors import SensorConfig
+from cellwright.config.trial.task import Task
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
@@ -199,6 +200,7 @@ class Trial:
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
         overrides: values that replaced those of the files, as `KEY=VALUE`.
+        task: what is to be done in a run, and when it has succeeded; None without a section `task`.
 
     Raises:
         UsageError: the time limit is negative.
@@ -236,6 +238,7 @@ class Trial:
     circumstances: Circumstances = field(default_factory=Circumstances)
     overrides: tuple[str, ...] = field(default=(), compare=False)
     layout: Layout = field(default_factory=gear2017)
+    task: Task | None = None
 
     def __post_init__(self) -> None:
         if self.time_limit is not None and self.time_limit < 0.0:

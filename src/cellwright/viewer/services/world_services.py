@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cellwright.config.trial.catalogue import bundled, find_trial, scenario
+from cellwright.config.trial.catalogue import bundled, bundled_tasks, find_trial, scenario
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.middleware.bus import Node
@@ -99,7 +99,7 @@ class WorldServices:
         """Return the bundled trials with some tags."""
         if request.additional_sources:
             raise RequestError(UNSUPPORTED, "additional_sources: only bundled trials are listed; leave it empty")
-        worlds = [_world(name) for name in bundled()]
+        worlds = [_world(name) for name in _names()]
         return answer(worlds=[each for each in worlds if request.filter.selects(each["tags"])])
 
     def load_world(self, request: LoadWorld) -> Answer:
@@ -111,8 +111,8 @@ class WorldServices:
             raise RequestError(
                 WORLD_NOT_NAMED, "give either uri, a trial of GetAvailableWorlds, or resource_string, its text"
             )
-        if name and name not in bundled():
-            raise UnknownNameError("trial", name, bundled())
+        if name and name not in _names():
+            raise UnknownNameError("trial", name, _names())
         try:
             trial = load_trial([find_trial(name)] if name else [], text=None if name else text).trial
         except CellwrightError as error:
@@ -140,7 +140,11 @@ class WorldServices:
         return self._load
 
 
+def _names() -> list[str]:
+    return [*bundled(), *bundled_tasks()]
+
+
 def _world(name: str) -> Answer:
-    tags = [scenario(name)] if name in bundled() else []
+    tags = [scenario(name)] if name in _names() else []
     resource = {"uri": name, "resource_string": ""}
     return {"name": name, "world_resource": resource, "description": ", ".join(tags), "tags": tags}
