@@ -1,9 +1,12 @@
 """Cost of viewing and recording a run: a page, a page in a browser, a recording, a video.
 
-The bundled agent works the lesson, bare and with each of them in turn. It runs at full speed, or at twice real time
-with a browser, which needs longer than such a run to open a page. The processor time of the cell's process is compared,
-without its start. Pages, browsers and videos are drawn in other processes, which need cores of their own. All runs end
-in the same state.
+The bundled agent works the lesson, bare and with each of them in turn, at full speed. The processor time of the cell's
+process is compared, without its start. Pages, browsers and videos are drawn in other processes, which need cores of
+their own. Runs of the same trial end in the same state.
+
+With a browser, the lesson runs in real time, and `trial.yaml` at full speed: a browser needs longer than the lesson to
+open a page. A browser that draws without a graphics card slows everything on a small machine down. So the bare run has
+one beside it, too, with the page of another cell: the ratio is what the page itself costs its cell.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
@@ -27,13 +31,16 @@ from benchmarks.processes import end
 UNTIL, FILMED = 60.0, 8.0
 """Simulation time [s] of a run, and of one with a video, which takes long to draw."""
 REPEATS = 5
-VIEW_COST = 1.05
-"""Bound of the page's cost, as a ratio to the bare run."""
+VIEW_COST, SEEN_COST = 1.05, 1.1
+"""Bounds of a page's cost, as a ratio to the bare run: without a browser, and in one."""
+LONG = 500.0
+"""Simulation time [s] of the run at full speed with a browser."""
 
 _SHORT = 0.02  # [s], a run that is all start
 _ADDRESS = re.compile(r"http://\S+")
 _PAGE = ["--view", "--view-port", "0"]
-_FAST, _WATCHED = ["--speed", "max"], ["--speed", "2"]
+_FAST, _REAL_TIME = ["lesson", "--speed", "max"], ["lesson", "--speed", "1"]
+_LONG = [str(Path(__file__).with_name("trial.yaml")), "--speed", "max"]
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _SMALL = ("--window-size=640,480", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 _PLAIN = "&fixedDpr=0.4"  # drawn without a graphics card, in fewer points: the page asks for the more moments
@@ -86,7 +93,8 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
                 yield _ratio(label, run, best[""], bound, f"{run.processor:.2f} and {best[''].processor:.2f} s{size}")
         yield from _browser(on_progress, until, min(repeats, 2), found)
         yield from _video(on_progress, folder, filmed, repeats)
-    yield Figure("different end states of all these runs", len({run.state_hash for run in found}), "", maximum=1)
+    ends = {run.state_hash for run in found}
+    yield Figure("different end states of the runs of the lesson", len(ends), "", maximum=1)
 
 
 def _browser(on_progress: OnProgress, until: float, repeats: int, found: list[FinishedRun]) -> Iterator[Figure]:
@@ -95,14 +103,17 @@ def _browser(on_progress: OnProgress, until: float, repeats: int, found: list[Fi
     if browser is None:
         yield Figure(f"{label} / bare", math.nan, note="Chromium is not installed")
         return
-    on_progress(label)
-    best = _in_turn({"": _WATCHED, label: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
-    run, bare = best[label], best[""]
-    if not run.viewed:
-        yield Figure(f"{label} / bare", math.nan, note="the browser did not connect")
-        return
-    note = f"Chromium without a display for {run.viewed:.0f} s; {run.processor:.2f} and {bare.processor:.2f} s"
-    yield _ratio(label, run, bare, VIEW_COST, note)
+    long = until / UNTIL * LONG
+    for pace, run_options, end_at in (("real time", _REAL_TIME, until), ("full speed", _LONG, long)):
+        on_progress(f"{label}, {pace}")
+        ended = found if end_at == until else []
+        best = _in_turn({"": run_options, label: [*_PAGE, *run_options]}, end_at, repeats, ended, browser)
+        run, bare = best[label], best[""]
+        note = f"Chromium without a display for {run.viewed:.0f} s; {run.processor:.2f} and {bare.processor:.2f} s"
+        if run.viewed:
+            yield _ratio(f"{label}, {pace}", run, bare, SEEN_COST, note)
+        else:
+            yield Figure(f"{label}, {pace} / bare", math.nan, note="the browser did not connect")
 
 
 def _video(on_progress: OnProgress, folder: str, until: float, repeats: int) -> Iterator[Figure]:
@@ -137,32 +148,51 @@ def _in_turn(
 
 
 def _run(options: Sequence[str], until: float, browser: str | None) -> FinishedRun:
-    """Run the lesson; with a browser, open its page as soon as it is there."""
-    command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
-    process = subprocess.Popen(  # noqa: S603
-        [*command, *options],
+    """Run a trial. With a browser, open its page as soon as it is there; if it has none, that of another cell."""
+    with _other_page(browser) if browser and "--view" not in options else nullcontext():
+        process = _started([*options, "--until", str(until)])
+        assert process.stdout is not None
+        assert process.stderr is not None
+        page = None
+        for line in process.stderr:
+            address = _ADDRESS.search(line)
+            if address and browser and page is None:
+                page = _Visit(browser, address[0])
+        document = json.loads(process.stdout.read())
+        processor = _own_time(process.pid)  # it has ended; its figures remain until its exit status is read
+        process.wait()
+    process.stdout.close()
+    process.stderr.close()
+    viewed = page.end() if page is not None else 0.0
+    files = [Path(word) for word in options if word.endswith((".mcap", ".mp4"))]
+    size = sum(file.stat().st_size for file in files if file.exists())
+    return FinishedRun(processor, document["wall"], document["state_hash"], size, viewed)
+
+
+def _started(options: Sequence[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(  # noqa: S603
+        [sys.executable, "-m", "cellwright", "run", "--json", "--no-picture", *options],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "CELLWRIGHT_PAGE_PLAIN": "1"},
     )
-    assert process.stdout is not None
+
+
+@contextmanager
+def _other_page(browser: str) -> Iterator[None]:
+    """Show the page of another cell, which moves, in a browser."""
+    process = _started(["lesson", "--agent", "none", "--until", "3600", *_PAGE, "--speed", "1"])
     assert process.stderr is not None
-    page = None
-    for line in process.stderr:
-        address = _ADDRESS.search(line)
-        if address and browser and page is None:
-            page = _Visit(browser, address[0])
-    document = json.loads(process.stdout.read())
-    processor = _own_time(process.pid)  # it has ended; its figures remain until its exit status is read
-    process.wait()
-    process.stdout.close()
-    process.stderr.close()
-    viewed = page.end() if page is not None else 0.0
-    files = [Path(word) for word in options if word.startswith("/")]
-    size = sum(file.stat().st_size for file in files if file.exists())
-    return FinishedRun(processor, document["wall"], document["state_hash"], size, viewed)
+    address = next(found[0] for line in process.stderr if (found := _ADDRESS.search(line)))
+    page = _Visit(browser, address)
+    try:
+        yield
+    finally:
+        page.end()
+        end(process)
+        process.communicate()
 
 
 class _Visit:

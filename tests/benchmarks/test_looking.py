@@ -23,7 +23,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]
 
     def run(options: Sequence[str], until: float, browser: str | None) -> looking.FinishedRun:
         label = options[0] if options[0] in COSTS else ""
-        done.append((label, until, browser if label else None))
+        done.append((label, until, browser))
         more = COSTS.get(label, 0.0)
         work = 0.0 if until == looking._SHORT else 1.0 + more
         size, seen = 2_000_000 if "--record" in options else 0, 9.0 if browser and label else 0.0
@@ -42,12 +42,14 @@ def test_viewing_cost_excludes_start_of_run(runs: list[tuple[str, float, str | N
     assert "2.0 MB for 60 s" in figures["a recording / bare"].note
     assert figures["a video / bare"].value == pytest.approx(2.2, abs=0.2)
     assert figures["a picture of a video, in wall time"].value == pytest.approx(1200 / 201)
-    assert figures["different end states of all these runs"].value == 1
-    assert [label for label, figure in figures.items() if figure.maximum == looking.VIEW_COST] == [
-        "a page without a browser / bare",
-        "a page in a browser / bare",
-    ]
-    assert {option for option, _until, browser in runs if browser} == {"--view"}
+    assert figures["different end states of the runs of the lesson"].value == 1
+    assert {label: figure.maximum for label, figure in figures.items() if "page" in label} == {
+        "a page without a browser / bare": looking.VIEW_COST,
+        "a page in a browser, real time / bare": looking.SEEN_COST,
+        "a page in a browser, full speed / bare": looking.SEEN_COST,
+    }
+    # the bare runs have a browser beside them, too
+    assert [option for option, _until, browser in runs if browser][:2] == ["", "--view"]
 
 
 def test_browser_figure_without_browser_is_nan(
@@ -66,14 +68,16 @@ def test_browser_figure_without_connection_is_nan(
     ran = looking._run
     monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
     figures = {figure.label: figure for figure in looking.measure(lambda _: None, quick=True)}
-    assert math.isnan(figures["a page in a browser / bare"].value)
-    assert "did not connect" in figures["a page in a browser / bare"].note
+    for pace in ("real time", "full speed"):
+        figure = figures[f"a page in a browser, {pace} / bare"]
+        assert math.isnan(figure.value)
+        assert "did not connect" in figure.note
     assert runs
 
 
 @pytest.mark.slow
 def test_finished_run_reports_time_hash_and_file_size(tmp_path: Path) -> None:
-    ran = looking._run(["--record", str(tmp_path / "run.mcap")], 0.1, None)
+    ran = looking._run(["--record", str(tmp_path / "run.mcap"), "lesson"], 0.1, None)
     assert ran.processor > 0.05
     assert 0 < ran.wall < 60
     assert len(ran.state_hash) == 64

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.middleware.server import clients
-from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAIN_RATE, Heartbeat, HoldBudget
+from cellwright.middleware.server.clients import (
+    LATE,
+    MAX_HELD,
+    PING_PERIOD,
+    REGAIN_RATE,
+    ClientRegistry,
+    Heartbeat,
+    HoldBudget,
+)
 from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
@@ -87,6 +97,18 @@ def test_hold_budget_is_not_charged_for_pause() -> None:
     standing = HoldBudget(0.0)
     assert standing.hold(3 * MAX_HELD, is_wanted=True)  # no check in between: time stood for another reason
     assert standing.hold(3 * MAX_HELD + LOOK, is_wanted=True)
+
+
+def test_used_budget_is_regained_after_clients_with_pings_have_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(clients, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    registry = ClientRegistry(lambda _line: None, lambda _client: None)
+    budget = registry._hold_budget
+    assert budget.hold(0.5, is_wanted=True)
+    assert not budget.is_full
+    for now[0] in (1.0, 1.5, 2.0):
+        assert not registry.hold_time()
+    assert budget.is_full
 
 
 def test_loop_holds_time_for_client_that_requested_pings(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -89,6 +89,16 @@ def test_call_is_carried_out_while_time_stands() -> None:
         assert cell.simulation.now == 0
 
 
+def test_wait_tells_whether_there_was_anything_to_do() -> None:
+    with served(Cell(ARM_ONLY)) as hall:
+        client = hall.connect()
+        assert not hall.server.wait(0.002)
+        client.say(Frame(FrameKind.SUBSCRIBE, 7, "/ariac/joint_states"))
+        assert hall.server.wait(0.002)
+        client.wait_for(FrameKind.DONE, 7)
+        assert not hall.server.wait(0.002)
+
+
 def test_publish_is_answered_and_takes_effect() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:

@@ -149,7 +149,7 @@ def test_poller_without_browser_polls_rarely(monkeypatch: pytest.MonkeyPatch) ->
         poller.is_watched = True
         poller.wake()
         wait_until(lambda: len(pause.lengths) == 2, "second pause", seen=lambda: pause.lengths)
-        assert pause.lengths[1] == pytest.approx(1 / 30)
+        assert pause.lengths[1] == pytest.approx(1 / 20)
         poller.close()
 
 

@@ -210,6 +210,8 @@ class Server:
             True if a client sent or was sent something.
         """
         deadline = time.perf_counter() + seconds
+        if self._nap(seconds):
+            return False
         self._clients.ping()
         is_busy = any(client.has_waiting or client.has_frames for client in self._clients)
         self._flush()
@@ -267,6 +269,18 @@ class Server:
                 break
             select.select((), behind, (), 0.05)
         self._clients.close()
+
+    def _nap(self, seconds: float) -> bool:
+        """Wait while nothing is to be done for any client; False, maybe at once, if there is something.
+
+        A tick of real time needs no more than this, so it takes hardly longer than to sleep.
+        """
+        watched = [self._listener.socket]
+        for client in self._clients:
+            if not client.is_idle:
+                return False
+            watched.append(client.connection)
+        return 0.0 < seconds < self._clients.next_check and not select.select(watched, (), (), seconds)[0]
 
     def _look_at_sockets(self, timeout: float) -> bool:
         """Wait until a socket is ready; read what arrived, and send what waits. Return True if one was ready."""

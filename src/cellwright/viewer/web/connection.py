@@ -22,9 +22,10 @@ T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
+FRAME_PERIOD = 1 / 20
+"""Shortest time [s] between two frame requests: the page interpolates, and each one costs the simulation's process."""
 _REQUEST = "_Request"
 _TIMEOUT = 10.0  # [s], timeout of the greeting
-_FRAMES = 1 / 30  # [s] between two frame requests, at least
 _PANELS = 0.25
 _IDLE = 2.0  # [s] without a browser
 _AWAY = 1.0  # [s] between attempts to reconnect
@@ -243,7 +244,7 @@ class StatePoller:
             started_at = time.perf_counter()
             try:
                 self._ask()
-                pause = _FRAMES if self.is_watched else _IDLE
+                pause = FRAME_PERIOD if self.is_watched else _IDLE
             except Exception as error:  # no answer, or none that makes sense
                 if isinstance(error, AwayError):
                     self._has_panel, self._panel_due = True, 0.0

@@ -18,6 +18,7 @@ from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import (
+    FRAME_PERIOD,
     AwayError,
     Connection,
     NewFrame,
@@ -73,7 +74,7 @@ class FrameInterpolator:
 
     def __init__(self) -> None:
         self._arrivals: deque[_Arrival] = deque(maxlen=8)
-        self._period = 1 / 30
+        self._period = FRAME_PERIOD
         self._is_cut = True
         self._shown: SceneFrame | None = None
 
@@ -162,7 +163,7 @@ class Feature:
         """Show a moment: some 60 times a second while a browser is connected."""
 
     def on_frame(self, answer: dict[str, Any]) -> None:
-        """Handle an answer of the frame service, with the overlays of all features: up to 30 times a second."""
+        """Handle an answer of the frame service, with the overlays of all features: up to 20 times a second."""
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Handle an answer of the panel service: a few times a second while a browser is connected."""

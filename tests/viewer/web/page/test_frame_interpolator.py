@@ -9,7 +9,7 @@ from cellwright.rendering.scene import SceneFrame
 from cellwright.viewer.web.page import FrameInterpolator, interpolate_frames
 from tests.rendering.scene.scenes import frames
 
-PERIOD = 1 / 30
+PERIOD = 1 / 20
 
 
 def at(x: float, time: int = 0, shown: bool = True) -> SceneFrame:
