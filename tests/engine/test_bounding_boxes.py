@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.bounding_boxes import FAR, BodyBoxes
+from cellwright.engine.bounding_boxes import FAR, BodyBoxes, sums
 
 MODEL = """
 <mujoco>
@@ -122,3 +122,14 @@ def test_box_around_boxes_contains_each_run(boxes: BodyBoxes, model: mujoco.MjMo
     whole = gate.around()
     assert (whole.sides[:, 0] == gate.sides.min(axis=1)).all()
     assert (gate.around([0, 1]).sides == gate.sides).all()
+
+
+_NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=20)
+
+
+@given(rows=_NUMBERS, columns=_NUMBERS)
+def test_sums_are_rounded_as_additions_are(rows: list[float], columns: list[float]) -> None:
+    left, right = np.ones((len(rows), 2)), np.ones((2, len(columns)))
+    left[:, 0], right[1] = rows, columns
+    with np.errstate(invalid="ignore", over="ignore"):
+        np.testing.assert_array_equal(sums(left, right), np.add.outer(rows, columns))

@@ -84,11 +84,24 @@ def facing(sides: Vectors) -> Vectors:
 def gaps(sides: Vectors, opposite: Vectors) -> Vectors:
     """Return the gaps [m] between boxes, shape (6, n), and others, shape (6, m) and `facing` them; shape (n, m)."""
     # Upper corners are stored with a minus sign, and `opposite` has lower and upper exchanged. So along each axis both
-    # sums are gaps, this box behind the other one and before it: the larger one counts.
-    found = sides[:, :, None] + opposite[:, None, :]
-    # several times as fast as the maximum along the first axis
-    x, y, z = np.maximum(found[:3], found[3:])
-    return np.asarray(np.maximum(np.maximum(x, y), z))
+    # sums are gaps, this box behind the other one and before it: the largest of all counts.
+    rows, columns = np.ones((6, sides.shape[1], 2)), np.ones((6, 2, opposite.shape[1]))
+    rows[:, :, 0], columns[:, 1] = sides, opposite
+    return np.asarray(np.maximum.reduce(sums(rows, columns), axis=0))
+
+
+def sums(rows: Vectors, columns: Vectors, out: Vectors | None = None) -> Vectors:
+    """Return all sums of two numbers.
+
+    They are a product of matrices, row * 1 + 1 * column. Both of its products are exact, so each sum is rounded once,
+    as by an addition. Numpy takes half as long for it as for adding rows to columns.
+
+    Args:
+        rows: one number of each sum, and 1, shape (..., n, 2).
+        columns: 1, and the other number, shape (..., 2, m).
+        out: where the sums go, shape (..., n, m).
+    """
+    return np.asarray(np.matmul(rows, columns, out=out))
 
 
 class BodyBoxes:
@@ -126,6 +139,10 @@ class BodyBoxes:
         """Return the boxes of bodies at positions [m], shape (n, 3), with world_R_body as matrices, shape (n, 9)."""
         sides = sides_at(*self.local(bodies), positions, rotations)
         return Boxes(sides, self._contype[bodies], self._conaffinity[bodies])
+
+    def anywhere(self, bodies: Numbers) -> Boxes:
+        """Return boxes of bodies whose places are yet unknown, with all sides at 0."""
+        return Boxes(np.zeros((6, len(bodies))), self._contype[bodies], self._conaffinity[bodies])
 
     def local(self, bodies: Numbers) -> tuple[Vectors, Vectors]:
         """Return centres and half extents of bodies' boxes in their own frames [m], both of shape (n, 3, 1)."""

@@ -73,8 +73,7 @@ class SleepingGroups:
     def forget(self) -> None:
         """Forget who sleeps, and where."""
         self._known: tuple[bytes, Groups] | None = None
-        nowhere = np.zeros((len(self._parts), 9))
-        self._resting = self._boxes.at(self._parts, nowhere[:, :3], nowhere)
+        self._resting = self._boxes.anywhere(self._parts)
         self._is_resting = np.zeros(len(self._parts), dtype=np.bool_)
         self._linked = np.zeros((0, 2), dtype=np.int64)
         """Pairs of resting parts that may touch."""

@@ -25,11 +25,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from cellwright.cell.devices.boarding import CALM, Boarding
 from cellwright.cell.devices.closed_bodies import ClosedBodies
 from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.moving_bodies import EXCESS, MARGIN, SHORTEST, Movers, MovingBodies, are_steady
+from cellwright.cell.devices.gliders import Gliders
+from cellwright.cell.devices.movers import EXCESS, Movers
+from cellwright.cell.devices.moving_bodies import SHORTEST, MovingBodies
 from cellwright.cell.devices.parts import Overlaps
-from cellwright.engine.bounding_boxes import Mask, Numbers, Vectors, facing, gaps
+from cellwright.engine.bounding_boxes import Mask, Vectors
 from cellwright.engine.clock import NEVER
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
@@ -49,9 +52,6 @@ Even 100 m/s^2 takes a link less than 2 mm further in the three steps between, o
 
 REVIEW = 0.1
 """Time [s] between two reviews, which also close groups and find passengers, while anything is open."""
-
-CALM = 0.1
-"""A group closes, and a part becomes a passenger, if nothing can reach it within this time [s]."""
 
 
 class CollisionCulling(Device):
@@ -75,6 +75,7 @@ class CollisionCulling(Device):
         self._every = 1
         self._excess = 0.0
         self._movers: Movers | None = None
+        self._gliding: Gliders | None = None
         self._is_awake: Mask = np.zeros(0, dtype=np.bool_)
 
     @property
@@ -108,10 +109,12 @@ class CollisionCulling(Device):
         self._moving = moving = MovingBodies(model, directions)
         self._sleeping = SleepingGroups(model, moving.boxes, moving.parts, moving.links)
         self._dofs = model.body_dofadr.astype(np.int64)[:, None] + np.arange(6)
-        self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
-        self._no_forces = np.zeros_like(data.xfrc_applied).tobytes()
         self._step = float(model.opt.timestep)
         self._soon, self._review_steps = SHORTEST * self._step, max(1, int(REVIEW / self._step))
+        self._boarding = Boarding(moving, self._belts, self._overlaps, self._dofs, 2 * self._soon)
+        self._velocities, self._asleep, self._forces = data.qvel, data.tree_asleep, data.xfrc_applied
+        # compared as bytes, for it is done in each step; a bytearray compares with a view, bytes would need a copy
+        self._no_forces, self._force_bytes = bytearray(data.xfrc_applied.nbytes), memoryview(data.xfrc_applied)
         self._reference: Vectors = np.zeros(0)
         self._forget()
 
@@ -164,7 +167,7 @@ class CollisionCulling(Device):
             or tick >= self._due
             or simulation.data.ntree_awake != self._awake_count
             or (tick % self._every == 0 and self._is_faster())
-            or self._forces.tobytes() != self._no_forces
+            or self._no_forces != self._force_bytes
         ):
             self._check()
         if has_grown:
@@ -173,23 +176,31 @@ class CollisionCulling(Device):
     def _is_faster(self) -> bool:
         """Return whether a point may move faster than the last check assumed."""
         movers = self._find_movers()
-        change = np.abs(self._velocities[movers.dofs] - self._reference)
+        change = self._velocities.take(movers.dofs)
+        change -= self._reference
+        np.abs(change, out=change)
         return bool(change.dot(movers.weights) > self._excess)
 
     def _check(self) -> None:
         """Plan the next check, or review everything if something may have to be opened or closed."""
         simulation = self.simulation
         simulation.refresh()
-        is_awake = self._asleep < 0
-        if not self._woken and (is_awake == self._is_awake).all() and self._forces.tobytes() == self._no_forces:
-            movers = self._find_movers()
-            times = movers.times(movers.sides(simulation.data), np.abs(self._velocities[movers.dofs]))
-            until = (times + movers.watched).min(initial=LONGEST)
+        is_awake, looked = self._asleep < 0, None
+        if not self._woken and is_awake.tobytes() == self._is_awake.tobytes() and self._no_forces == self._force_bytes:
+            movers, times = looked = self._look()
+            until = movers.until_watched(times, LONGEST)
             is_safe = until >= self._soon and not self._find_pushed()
             if is_safe and (simulation.clock.tick < self._review_due or not self._can_close(movers, times)):
                 self._plan(movers, until)
                 return
-        self._review(is_awake)
+        self._review(is_awake, looked)
+
+    def _look(self, woken: Iterable[int] = ()) -> tuple[Movers, Vectors]:
+        """Return what moves, and the times of its table."""
+        movers, data = self._find_movers(), self.simulation.data
+        movers.update(data)
+        self._moving.place(movers, data, woken)
+        return movers, movers.times(np.abs(self._velocities.take(movers.dofs)))
 
     def _can_close(self, movers: Movers, times: Vectors) -> bool:
         """Return whether a review may close something; if not, the next one has time."""
@@ -215,20 +226,22 @@ class CollisionCulling(Device):
         self._every = 1 if movers.free > movers.links else SELDOM
         self._reference = self._velocities[movers.dofs]
 
-    def _review(self, is_awake: Mask) -> None:
-        """Open what may be touched soon, close what cannot, and look for new passengers."""
+    def _review(self, is_awake: Mask, looked: tuple[Movers, Vectors] | None) -> None:
+        """Open what may be touched soon, close what cannot, and look for new passengers.
+
+        Args:
+            is_awake: which trees are awake.
+            looked: what a look has found if nothing has changed but positions and velocities.
+        """
         data = self.simulation.data
-        woken = self._wake_up(is_awake)
+        woken = self._wake_up(is_awake) if looked is None else []
         groups = self._sleeping.find(data, is_awake)
         for body in [*self._find_pushed(), *(body for body in self.passengers if not is_awake[self._tree[body]])]:
             self._put_down(body, groups)
         if woken or (is_awake != self._is_awake).any():
             self._is_awake, self._movers = is_awake, None
             self._awake_count = int(is_awake.sum())
-        movers = self._find_movers()
-        sides = movers.sides(data)
-        self._moving.update(sides, movers, data, woken)
-        times = movers.times(sides, np.abs(self._velocities[movers.dofs]))
+        movers, times = looked if looked is not None and looked[0] is self._movers else self._look(woken)
         left = movers.until_groups(times, groups)
         closed = self._bodies.is_closed[groups.bodies]
         for group in np.flatnonzero(np.logical_or.reduceat(closed, groups.first) & (left < self._soon)).tolist():
@@ -240,7 +253,7 @@ class CollisionCulling(Device):
         leaving = [body for body, time in zip(list(self.passengers), riding.tolist(), strict=True) if time < self._soon]
         for body in leaving:
             self._put_down(body, groups)
-        joining = self._find_passengers(movers, sides, groups)
+        joining = self._boarding.find(movers, groups, data, self._last_step)
         for body, carrier in joining:
             self._take_along(body, carrier)
         is_open = self._find_open(groups)
@@ -259,12 +272,13 @@ class CollisionCulling(Device):
 
     def _find_pushed(self) -> list[int]:
         """Return the gliders that do not have their belt's velocity any more: a program has written another one."""
-        gliders = self.gliders
-        if not gliders:
+        if not self.passengers:
             return []
-        velocities = [self._belts[self.passengers[body]].velocity for body in gliders]
-        is_steady = are_steady(self._velocities[self._dofs[list(gliders)]], velocities)
-        return [body for body, holds in zip(gliders, is_steady.tolist(), strict=True) if not holds]
+        speeds = [each.speed for each in self._conveyors]
+        if self._gliding is None or self._gliding.speeds != speeds:
+            belts = {body: self._belts[self.passengers[body]].velocity for body in self.gliders}
+            self._gliding = Gliders.of(speeds, belts, self._dofs)
+        return self._gliding.find_pushed(self._velocities)
 
     def _wake_up(self, is_awake: Mask) -> list[int]:
         """Open what was woken or pushed, with its groups, and mark it as awake.
@@ -276,7 +290,7 @@ class CollisionCulling(Device):
         """
         trees = set(self._woken)
         self._woken.clear()
-        if self._forces.tobytes() != self._no_forces:
+        if self._no_forces != self._force_bytes:
             trees.update(self._tree[np.flatnonzero(self._forces.any(axis=1))].tolist())
             trees.discard(-1)
         woken = sorted(trees)
@@ -301,7 +315,7 @@ class CollisionCulling(Device):
         """Forget everything that follows from what sleeps, and where."""
         self._is_awake = np.ones(len(self._asleep), dtype=np.bool_)
         self._awake_count = len(self._asleep)
-        self._movers = None
+        self._movers = self._gliding = None
         self._sleeping.forget()
 
     def _find_movers(self) -> Movers:
@@ -314,68 +328,10 @@ class CollisionCulling(Device):
             self._movers.watch(self._find_open(groups)[groups.of_box])
         return self._movers
 
-    def _find_passengers(self, movers: Movers, sides: Vectors, groups: Groups) -> list[tuple[int, int]]:
-        """Return parts that something carries and that touch nothing else, nor will for a while; and their carriers."""
-        rows = np.arange(movers.links, movers.free)
-        if not len(rows):
-            return []
-        steady = {
-            belt: are_steady(self._velocities[self._dofs[movers.bodies[rows]]], conveyor.velocity)
-            for belt, conveyor in self._belts.items()
-            if conveyor.speed > 0.0
-        }
-        is_steady = np.logical_or.reduce([np.zeros(len(rows), dtype=np.bool_), *steady.values()])
-        model, data = self._last_step
-        touching = model.geom_bodyid[data.contact.geom[: data.ncon]]
-        overlapping = self._overlaps.bodies
-        carriers = movers.carriers.copy()
-        is_pushed = self._forces[movers.bodies[rows]].any(axis=1)
-        carriers[rows[is_pushed]] = -1
-        for row in rows[(is_steady | (carriers[rows] >= 0)) & ~is_pushed].tolist():
-            body, weld = int(movers.bodies[row]), int(carriers[row])
-            others = touching[(touching == body).any(axis=1)]
-            belts = (belt for belt, mask in steady.items() if mask[row - movers.links] and belt in others)
-            carrier = weld if weld >= 0 else next(belts, -1)
-            touches_more = bool(((others != body) & (others != carrier)).any()) or body in overlapping
-            carriers[row] = -1 if touches_more else carrier
-        # Parts on one carrier do not meet; but one that fails is a body as others, which the rest may meet.
-        while True:
-            failing = [
-                row
-                for row in rows[carriers[rows] >= 0].tolist()
-                if not self._is_calm(movers, row, carriers, sides, groups)
-            ]
-            if not failing:
-                found = rows[carriers[rows] >= 0]
-                return list(zip(movers.bodies[found].tolist(), carriers[found].tolist(), strict=True))
-            carriers[failing] = -1
-
-    def _is_calm(self, movers: Movers, row: int, carriers: Numbers, sides: Vectors, groups: Groups) -> bool:
-        """Return whether a part would meet nothing for a while if it and others were passengers of these carriers."""
-        count, carrier = len(groups.boxes), int(carriers[row])
-        belt = self._belts.get(carrier)
-        velocities = np.abs(self._velocities[movers.dofs])
-        speeds = movers.speeds(velocities)
-        speed = speeds[row] if belt is None else belt.speed
-        ahead, met = (
-            gaps(sides[:, row : row + 1], each)[0] for each in (movers.opposite[:, : count + 1], facing(sides))
-        )
-        ahead[-1] = np.inf
-        if belt is not None:
-            ahead[:-1][groups.fixed_body == carrier] = np.inf
-            ahead[-1] = self._moving.gap_to_end(carrier, sides[:, row])
-        met[carriers == carrier] = np.inf
-        if belt is None:
-            kin = self._moving.kin(self.simulation.data, movers, row, carrier)
-            if (kin.times(met[kin.rows], velocities)[kin.levers.any(axis=1)] < 2 * self._soon).any():
-                return False
-            met[kin.rows] = np.inf
-        return bool(((ahead - MARGIN) / speed > CALM).all() and ((met - MARGIN) / (speed + speeds) > CALM).all())
-
     def _take_along(self, body: int, carrier: int) -> None:
         """Close a part that something carries; on a belt it takes its velocity and has no weight."""
         self.passengers[body] = carrier
-        self._movers = None
+        self._movers = self._gliding = None
         belt = self._belts.get(carrier)
         self._bodies.carry(body, is_weightless=belt is not None)
         if belt is not None:
@@ -384,7 +340,7 @@ class CollisionCulling(Device):
     def _put_down(self, body: int, groups: Groups) -> None:
         """Open a part again, and what carries it."""
         group = int(groups.of_body[self.passengers.pop(body)])
-        self._movers = None
+        self._movers = self._gliding = None
         self._bodies.open(np.array([body]) if group < 0 else np.append(groups.members(group), body))
 
     def _open_all(self) -> None:

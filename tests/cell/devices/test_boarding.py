@@ -1,4 +1,4 @@
-"""Collision culling beside a parallel gripper: what its weld holds is a passenger, what its pads hold is not."""
+"""Boarding, in a parallel gripper: what its weld holds becomes a passenger, what its pads hold does not."""
 
 from types import SimpleNamespace
 from typing import Any
