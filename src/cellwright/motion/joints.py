@@ -81,7 +81,7 @@ class Joints(NamedTuple):
 
     def nearest(self, near: Joints) -> Joints:
         """Return the same posture, with whole turns added to each angle, within limits, to be nearest to `near`."""
-        return Joints(self.rail, *(_nearest_turn(mine, other) for mine, other in zip(self[1:], near[1:], strict=True)))
+        return Joints(self.rail, *turned_near(self[1:], near[1:]))
 
     def turned(self) -> Iterator[Joints]:
         """Yield every choice of whole turns within limits that is the same posture, including this one."""
@@ -97,6 +97,11 @@ def _turns(angle: float) -> list[float]:
     """Return the angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
     low, high = turn_range(angle, -TURN_LIMIT, TURN_LIMIT)
     return [turned(angle, turns, -TURN_LIMIT, TURN_LIMIT) for turns in range(low, high + 1)]
+
+
+def turned_near(angles: Sequence[float], near: Sequence[float]) -> Iterator[float]:
+    """Return angles plus the whole turns, within limits, that bring each nearest to that of `near` [rad]."""
+    return map(_nearest_turn, angles, near)
 
 
 def _nearest_turn(angle: float, near: float) -> float:

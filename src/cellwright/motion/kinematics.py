@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from cellwright.config.arm import RAIL_LIMIT
-from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.joints import Joints, JointsLike, turned_near
 from cellwright.motion.mounts import RailMount
 from cellwright.motion.ur import TOUCHING, UrConstants, ur_links, ur_postures
 from cellwright.util.errors import UnreachableError, UsageError
@@ -98,7 +98,7 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
     if favoured is None:
         return tuple([Joints(rail, *angles) for angles in ur_postures(LENGTHS, shoulder_T_wrist_3, rail=rail)])
     postures = ur_postures(LENGTHS, shoulder_T_wrist_3, favoured.wrist_3, rail=rail)
-    return tuple([Joints(rail, *angles).nearest(favoured) for angles in postures])
+    return tuple([Joints(rail, *turned_near(angles, favoured[1:])) for angles in postures])
 
 
 def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:

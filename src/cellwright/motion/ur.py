@@ -213,7 +213,9 @@ def _is_among(angles: Angles, others: list[Angles]) -> bool:
     """Return whether a posture is one of others, but for rounding."""
     for other in others:
         for mine, its in zip(angles, other, strict=True):
-            if abs(principal(mine - its)) >= SAME:
+            apart = abs(mine - its)
+            # up to half a turn it is its own principal angle
+            if (apart if apart <= math.pi else abs(principal(apart))) >= SAME:
                 break
         else:
             return True

@@ -122,7 +122,7 @@ class Parts(Device):
 
     def positions(self) -> NDArray[np.float64]:
         """Return the positions of all parts with a body [m], shape (parts, 3), world frame, as of this tick."""
-        positions: NDArray[np.float64] = self.simulation.data.qpos[self._position_rows]
+        positions: NDArray[np.float64] = self.simulation.data.qpos.take(self._position_rows)
         return positions
 
     def inside(self, lower: Sequence[float], upper: Sequence[float]) -> list[WorldPart]:
@@ -130,8 +130,8 @@ class Parts(Device):
         if not self.all:
             return []
         positions = self.positions()
-        hit = np.all((positions >= np.asarray(lower)) & (positions <= np.asarray(upper)), axis=1)
-        return [self.all[index] for index in np.flatnonzero(hit) if self.all[index].name in self.in_play]
+        hit = np.all((positions >= lower) & (positions <= upper), axis=1)
+        return [each for index in np.flatnonzero(hit).tolist() if (each := self.all[index]).name in self.in_play]
 
     def pose(self, part: WorldPart) -> Pose:
         """Return world_T_part as of this tick."""

@@ -79,10 +79,10 @@ def find_place(
     a grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first. Where the part still counts as
     in its place, narrower gaps are enough.
     """
-    goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
+    goal = _on_plate(tray_T_goal)
     if fits(kind.covers(goal), half, others, 0.0, 0.0) and is_reachable(goal):
         return TraySpot(goal, is_ordered=True)
-    near = [each for each in _candidates(goal, half, turns=1) if math.dist(each.position, goal.position) < IN_PLACE]
+    near = list(_candidates(goal, half, turns=1, within=IN_PLACE))
     for share, candidates in ((1.0, near), (NARROW, near), (1.0, _candidates(goal, half))):
         for candidate in candidates:
             gaps = share * RIM_GAP, share * PART_GAP
@@ -105,7 +105,7 @@ def find_turning_spot(
     the yaw 2 d - y. So the
     yaw before is chosen such that it comes to the ordered one.
     """
-    goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
+    goal = _on_plate(tray_T_goal)
     hand = [Disc(-(kind.side + along), 0.0, radius) for along, radius in _HAND]
     for place in chain((goal,), _candidates(goal, half, turns=1)):
         is_ordered = place is goal
@@ -136,8 +136,16 @@ def fits(part: Sequence[Disc], half: Half, others: Sequence[Disc], rim_gap: floa
     )
 
 
-def _candidates(goal: Pose, half: Half, turns: int = _TURNS) -> Iterator[Pose]:
-    """Yield poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
+def _on_plate(tray_T_goal: Pose) -> Pose:
+    """Return an ordered pose with the part flat on the plate."""
+    return Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
+
+
+def _candidates(goal: Pose, half: Half, turns: int = _TURNS, within: float = math.inf) -> Iterator[Pose]:
+    """Yield poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws.
+
+    Only those nearer to the goal than `within` [m].
+    """
     x0, y0, _ = goal.position
     columns, rows = round(half[0] / _GRID_STEP), round(half[1] / _GRID_STEP)
     places = sorted(
@@ -149,6 +157,8 @@ def _candidates(goal: Pose, half: Half, turns: int = _TURNS) -> Iterator[Pose]:
         steps = (turn + 1) // 2 * (1 if turn % 2 else -1)
         yaw = goal.yaw + steps * 2 * math.pi / _TURNS
         for x, y in places:
+            if math.dist((x, y, 0.0), (x0, y0, 0.0)) >= within:
+                continue
             yield Pose.from_rpy((x, y, 0.0), (0.0, 0.0, yaw))
 
 
@@ -222,9 +232,9 @@ class KitTask:
         figures, discs = self.catalogue.figures, self.obstacles(but)
         for task in self.tasks:
             if task is not but and task.type in self.catalogue and task.is_open:
-                place = find_place(figures(task.type), task.tray_T_goal, self.station.half, ())
-                if place is not None and place.is_ordered:
-                    discs += figures(task.type).covers(place.tray_T_part)
+                covered = figures(task.type).covers(_on_plate(task.tray_T_goal))
+                if fits(covered, self.station.half, (), 0.0, 0.0):
+                    discs += covered
         return discs
 
 
