@@ -1,0 +1,68 @@
+"""Policies by their addresses."""
+
+from typing import Final
+from urllib.parse import urlsplit
+
+from cellwright.clients.policies.actions import ActionFormat
+from cellwright.clients.policies.baselines import BASELINES
+from cellwright.clients.policies.callable_policy import CallablePolicy, policy_of_class
+from cellwright.clients.policies.openpi import TIMEOUT, OpenpiPolicy
+from cellwright.clients.policies.policy import Policy, PolicyError
+from cellwright.config.control import ControlSpace
+from cellwright.util import plugins
+from cellwright.util.errors import did_you_mean
+
+_FORMS: Final = "ws://HOST:PORT, path.py:Class, or one of hold and random"
+
+
+def connect(
+    address: str,
+    *,
+    dialect: str | None = None,
+    timeout: float = TIMEOUT,
+    actions: ActionFormat = ActionFormat(),  # noqa: B008 - frozen
+    space: ControlSpace | None = None,
+) -> Policy:
+    """Return the policy at an address; close it at the end.
+
+    Args:
+        address: `ws://HOST:PORT` or `wss://…` of a server; `path.py:Class` or `module:Class` of a class here; or
+            a bundled policy, `hold` or `random`.
+        dialect: dialect of the server; None to tell it from the server's first frame.
+        timeout: how long an answer may take [s].
+        actions: what an answer must have.
+        space: channels of the cell, which the bundled policies need.
+
+    Raises:
+        PolicyError: no such policy or dialect, or an address that is none.
+        PolicyConnectionError: the server cannot be reached.
+        PolicyAnswerError: another kind of server answers.
+
+    Example:
+        >>> from cellwright import load_trial
+        >>> policy = connect("random", space=ControlSpace.of(load_trial("lesson")))
+        >>> policy.reset(1, "")
+        >>> policy.infer({}).actions.shape
+        (1, 8)
+        >>> connect("localhost:8000")
+        Traceback (most recent call last):
+        cellwright.clients.policies.policy.PolicyError: localhost:8000: an address begins with its scheme; write ws://localhost:8000
+    """
+    if not timeout > 0.0:
+        raise PolicyError(f"timeout: must be above 0 s (got {timeout:g})")
+    if "://" in address:
+        if urlsplit(address).scheme not in ("ws", "wss"):
+            raise PolicyError(f"{address}: no scheme of a policy server; an address is {_FORMS}")
+        return OpenpiPolicy(address, dialect=dialect, timeout=timeout, actions=actions)
+    if dialect is not None:
+        raise PolicyError(f"dialect: only a server has one (got {dialect!r} for {address})")
+    if address in BASELINES:
+        if space is None:
+            raise PolicyError(f"{address}: this policy needs the channels of a cell; give space")
+        program = BASELINES[address](space)
+        return CallablePolicy(program.infer, actions=actions, program=program, name=address)
+    if address.rpartition(":")[2].isdigit():
+        raise PolicyError(f"{address}: an address begins with its scheme; write ws://{address}")
+    if not plugins.is_class_path(address):
+        raise PolicyError(f"unknown policy {address!r}{did_you_mean(address, BASELINES)}; a policy is {_FORMS}")
+    return policy_of_class(address, actions)
