@@ -160,7 +160,7 @@ def _finished(request: pytest.FixtureRequest, runs: _Runs, seed: int | None) -> 
     except CellwrightError as error:
         pytest.fail(f"trial {wanted.name}: {error}", pytrace=False)
     request.node.stash[_FILE] = result.recordings[0]
-    if result.outcome in (Outcome.CRASHED, Outcome.UNSTABLE):
+    if result.outcome in (Outcome.CRASHED, Outcome.INFRASTRUCTURE, Outcome.UNSTABLE):
         pytest.fail(f"trial {wanted.name}: {result.outcome} at {result.simulated:g} s\n{result.error}", pytrace=False)
     if not result.is_recorded:
         pytest.fail(f"trial {wanted.name}: the recording is incomplete; free space on the disk", pytrace=False)

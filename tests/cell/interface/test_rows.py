@@ -58,6 +58,7 @@ OUT = {
 }
 IN = {
     "/cellwright/intention": "std_msgs/String",
+    "/cellwright/policy": "std_msgs/String",
     "/ariac/arm/command": "trajectory_msgs/JointTrajectory",
     "/ariac/arm/follow_joint_trajectory/goal": "control_msgs/FollowJointTrajectoryActionGoal",
     "/ariac/arm/follow_joint_trajectory/cancel": "actionlib_msgs/GoalID",
@@ -149,6 +150,7 @@ def test_bare_cell_has_rows_that_are_always_there() -> None:
         "/ariac/submit_tray",
         "/ariac/conveyor/control",
         "/cellwright/intention",
+        "/cellwright/policy",
         "/cellwright/part_types",
         "/cellwright/solids",
     }

@@ -13,6 +13,7 @@ from cellwright.cell.model.build import World
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
 from cellwright.cell.model.solids import solids
+from cellwright.config.control import ControlSpace
 from cellwright.config.layout.arm_models import chain_in_engine
 from cellwright.config.layout.data import layout_data, plain
 from cellwright.config.trial.trial import Trial
@@ -37,6 +38,8 @@ from cellwright.motion.chain import chain_of
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
 NOT_ALLOWED = "not allowed in a competition"
+MAX_POLICY_LENGTH = 2 << 20
+"""Largest length of a report of a policy [characters]."""
 _WALL_TIME = 1_000_000_000 * NANOSECONDS
 """Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
 
@@ -57,6 +60,8 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
 def layout_json(trial: Trial) -> str:
     """Return a cell's layout as a JSON object, with the `chains` of its arms by their names in the layout.
 
+    `control` is what can be commanded, a `ControlSpace`, and `timestep` the length of a tick [s] as a fraction.
+
     A chain goes from the frame of the arm's mount to the frame of its cup, or to its tip if it holds nothing. Its
     joints have their names in messages, and its links those of their frames.
     """
@@ -68,7 +73,10 @@ def layout_json(trial: Trial) -> str:
         links = {arm.frame_of(name): link for name, link in chain.links.items()}
         chains[arm.name] = plain(replace(chain, joints=tuple(joints), links=links))
     layout = replace(trial.layout, carriers=trial.carriers)
-    return json.dumps({**layout_data(layout), "chains": chains}, allow_nan=False)
+    control, timestep = plain(ControlSpace.of(trial)), trial.settings.timestep
+    return json.dumps(
+        {**layout_data(layout), "chains": chains, "control": control, "timestep": timestep}, allow_nan=False
+    )
 
 
 class CellCommands:
@@ -118,6 +126,13 @@ class CellCommands:
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
         self._cell.intention.update(message.data, node, self._cell.simulation.now)
+
+    def note_policy(self, _row: Endpoint, message: String, node: str) -> None:
+        """Refuse what is too long for a recording; the cell itself has no use for it."""
+        if len(message.data) > MAX_POLICY_LENGTH:
+            raise RejectedCommandError(
+                f"policy: from {node or 'a program'}: at most {MAX_POLICY_LENGTH} characters (got {len(message.data)})"
+            )
 
     def command_arm(self, row: Endpoint, message: JointTrajectoryMessage, node: str) -> None:
         """Make the arm follow a trajectory."""

@@ -47,6 +47,7 @@ FOLLOW_OF_ARM = f"{ARIAC}/{{arm}}/arm/follow_joint_trajectory"
 GRIP = f"{ARIAC}/gripper/gripper_cmd"
 PARALLEL_GRIP = f"{ARIAC}/gripper/parallel_gripper_cmd"
 INTENTION = "/cellwright/intention"
+POLICY = "/cellwright/policy"
 
 CONTROLLER_NAMES = {
     "/ariac/joint_states": "/joint_states",
@@ -141,6 +142,9 @@ TRIAL = (
     accepts(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
           "Current intention of the agent in one line, for viewers; without effect on the run.",
           handler="note_intention"),
+    accepts(TOPIC, POLICY, "std_msgs/String", ALWAYS,
+          "Each request to a policy with its answer, as a JSON object, for recordings; without effect on the run.",
+          handler="note_policy"),
     accepts(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
           "Part types that the trial file defines, as a JSON object in `message`: mass, box and flat spots of the top.",
           handler="part_types"),
@@ -148,7 +152,8 @@ TRIAL = (
           "Shapes of the arm's links and of what they must not hit, but for parts, as a JSON object in `message`.",
           handler="solids"),
     accepts(SERVICE, "/cellwright/layout", "std_srvs/Trigger", ALWAYS,
-          "Places of bins, belts, trays, AGVs and arms, and the arms' chains of joints, as a JSON object in `message`.",
+          "Places of bins, belts, trays, AGVs and arms, the arms' chains of joints, and what can be commanded, as a "
+          "JSON object in `message`.",
           handler="layout"),
 )
 

@@ -169,6 +169,8 @@ def verdict_document(verdict: VerificationResult, others: list[str]) -> dict[str
         "state_hashes": verdict.hashes,
         "frames": verdict.frames,
         "commands": verdict.commands,
+        "policy_requests": verdict.requests,
+        "policy": verdict.policy,
         "equal_until": _moment(verdict.equal_until),
         "different_at": _moment(verdict.first_difference),
         "bodies": list(verdict.bodies),
@@ -208,6 +210,8 @@ def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
             if verdict.has_other_points:
                 recorded = f"{verdict.recorded_points:g} in the recording"
                 lines.append(("points", f"{verdict.points:g} by the commands, but {recorded}"))
+            if verdict.policy:
+                lines.append(("policy", verdict.policy))
             if verdict.fault:
                 lines.append(("error", verdict.fault))
     length = seconds(verdict.reached.time - verdict.begun.time)

@@ -30,6 +30,7 @@ from cellwright.cli.arguments import (
     VideoArguments,
 )
 from cellwright.cli.parameters import flag, option
+from cellwright.cli.policies import PolicyArguments
 from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.run import Program, RunOptions, Session
@@ -135,6 +136,7 @@ class RunArguments:
     files: Annotated[list[str] | None, TRIAL] = None
     agent: Annotated[str, option("AGENT", f"{AGENT_HELP}; `none` for no agent.", SIMULATION)] = "kitter"
     cell: CellArguments
+    policy: PolicyArguments
     speed: Annotated[
         str | None,
         option(

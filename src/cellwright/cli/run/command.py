@@ -5,9 +5,10 @@ import shlex
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 import typer
 from rich.console import Console
@@ -18,7 +19,9 @@ from cellwright.cli import options, output
 from cellwright.cli.arguments import record_options
 from cellwright.cli.main import exit_status_of
 from cellwright.cli.parameters import with_groups
+from cellwright.cli.policies import PolicyArguments
 from cellwright.cli.run.arguments import RunArguments
+from cellwright.cli.run.policy import PolicyRun, policy_of
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.cli.summary import RunProgress, result_document, show_files, show_result, take_picture, with_files
 from cellwright.clients.agents.agent import BUNDLED
@@ -34,7 +37,15 @@ from cellwright.util.errors import CellwrightError, UsageError
 AGENT_IN_OWN_PROCESS = "the agent runs in its own process; end the run and start it again"
 """Reason why a run over a socket or ROS cannot start again from the page."""
 
-_OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
+_OF_THE_AGENT = (
+    "connect",
+    "agent",
+    "min_score",
+    "as_json",
+    "verbose",
+    "picture",
+    *(each.name for each in fields(PolicyArguments)),
+)
 
 
 @with_groups
@@ -72,19 +83,31 @@ def run(context: typer.Context, given: RunArguments) -> None:
     agent that gave up or crashed, or below --min-score.
     """
     options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
-    if given.process.connect is not None:
-        _refuse_cell_options(context)
-        from cellwright.cli.run.remote import run_connected
+    with ExitStack() as leaving:
+        policy = policy_of(given.policy, given.agent, leaving)
+        if given.process.connect is not None:
+            _refuse_cell_options(context)
+            from cellwright.cli.run.remote import run_connected
 
-        run_connected(given.agent, given.process.connect, as_json=given.as_json, min_score=given.min_score)
-    if not given.files:
-        options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
-    given.process.refuse()
+            agent = given.agent if policy is None else policy.spec.words
+            run_connected(agent, given.process.connect, as_json=given.as_json, min_score=given.min_score)
+        if not given.files:
+            options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
+        given.process.refuse()
+        if policy is not None:
+            policy.refuse(over=given.process.over, lockstep=given.process.lockstep)
+        named = given if policy is None else replace(given, agent=policy.name)
+        _run(named, given.files, policy)
+
+
+def _run(given: RunArguments, files: Sequence[str], policy: PolicyRun | None) -> NoReturn:
+    """Run the trial until no restart is requested, and exit."""
     console, over = Console(stderr=given.as_json, highlight=False), given.process.over
     print_out = partial(console.print, markup=False, soft_wrap=True)
     pictures = given.viewing.pictures()
-    session = _session(given, given.files, pictures, console)
-    program = given.process.program(given.agent, has_end=given.until is not None, is_verbose=given.verbose)
+    session = _session(given, files, pictures, console)
+    program_of = partial(given.process.program, has_end=given.until is not None, is_verbose=given.verbose)
+    program = program_of(given.agent if policy is None else policy.spec.words)
     with ExitStack() as leaving:
         out = sys.stdout
         # Output of files and agents is no JSON.
@@ -99,10 +122,12 @@ def run(context: typer.Context, given: RunArguments) -> None:
                 with options.errors_of("--listen"):
                     cell.bus.topic(name)
         options.averages(given.averages, cell.trial)
+        if policy is not None:
+            program = program_of(policy.agent(cell))
         worker = program()
         moves = cell.trial.has_arm or (cell.trial.layout.robots and given.agent not in BUNDLED)
         if worker is not None and not moves:
-            _warn_of_missing_arm(cell.trial.name, given.files, given.agent)
+            _warn_of_missing_arm(cell.trial.name, files, given.agent)
         changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if given.cell.vary else [])])
         facts = f"agent {given.agent}, seed {cell.seed}, servo {cell.servo}"
         print_out(f"trial {cell.trial.name}{changes}, {facts}", soft_wrap=False)

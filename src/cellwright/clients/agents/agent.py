@@ -5,8 +5,9 @@ from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from cellwright.clients.client.client import Client
+from cellwright.clients.policies.spec import is_policy
 from cellwright.util import plugins
-from cellwright.util.errors import CellwrightError, UnknownNameError
+from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 
 BUNDLED = {
     "kitter": "cellwright.clients.agents.kitter.agent:KitterAgent",
@@ -44,20 +45,33 @@ class AgentError(CellwrightError):
 def find_agent(name: str) -> Callable[[], Agent]:
     """Return a factory for an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
 
-    Bundled agents are looked up by name first, then those of other packages (`cellwright.util.plugins`).
+    `policy` is followed by the words of a command line (`cellwright.clients.policies.spec`). Bundled agents are looked
+    up by name first, then those of other packages (`cellwright.util.plugins`).
 
     Raises:
         PluginError: another package has an agent of this name that cannot be imported.
         AgentError: there is no such file, module or class, or its import fails. The factory raises it too, when it
             cannot construct the agent.
     """
-    if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
+    if name not in BUNDLED and not is_policy(name) and ":" not in name and name in plugins.names("agents"):
         return maker_of(f"agent {name}", plugins.load("agents", name))
+    if is_policy(name):
+        return _policy_maker(name)
     target = BUNDLED.get(name, name)
     if not plugins.is_class_path(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
     return maker_of(target, plugins.find_class(target, method="run", error=AgentError))
+
+
+def _policy_maker(words: str) -> Callable[[], Agent]:
+    """Return the factory for a policy by the words of a command line."""
+    from cellwright.clients.policies.program import policy_agent  # it loads the wires
+
+    try:
+        return policy_agent(words)
+    except UsageError as error:
+        raise AgentError(str(error)) from None
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:

@@ -157,6 +157,19 @@ class ClientArm:
         found = [value for name, value in self.joint_positions.items() if name.endswith(_FINGERS)]
         return sum(found) if found else None
 
+    def command_gripper(self, width: float, effort: float = 0.0) -> None:
+        """Send the fingers of a parallel gripper to a distance between the pads [m], without waiting.
+
+        Args:
+            width: as for `move_gripper`.
+            effort: as for `move_gripper`.
+
+        Raises:
+            RejectedCommandError: a number is out of range, and the fingers go on as they did.
+            UnknownNameError: the arm has no parallel gripper.
+        """
+        self._node.publish(f"{self._space}/gripper/command", GripperCommand(float(width), float(effort)))
+
     def move_gripper(self, width: float, effort: float = 0.0, *, timeout: float = 5.0) -> bool:
         """Move the fingers of a parallel gripper, and wait until they are there or something keeps them from it.
 
@@ -176,7 +189,7 @@ class ClientArm:
 
         Example: `is_held = not client.move_gripper(0.02, effort=15.0)` closes on a part that is wider than 20 mm.
         """
-        self._node.publish(f"{self._space}/gripper/command", GripperCommand(float(width), float(effort)))
+        self.command_gripper(width, effort)
         before, since = self.gripper_width, self._node.time
 
         def is_over() -> bool:

@@ -2,9 +2,10 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from cellwright.clients.client.session import NodeClient
+from cellwright.config.control import ControlSpace
 from cellwright.config.layout.data import layout_from_data, value_of
 from cellwright.config.layout.layout import Layout
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -13,7 +14,7 @@ from cellwright.motion.chain import Chain
 _PART_TYPES = "/cellwright/part_types"
 _SOLIDS = "/cellwright/solids"
 _LAYOUT = "/cellwright/layout"
-_CHAINS = "chains"
+_CHAINS, _CONTROL, _TIMESTEP = "chains", "control", "timestep"
 
 
 class CellDescription(NodeClient):
@@ -33,7 +34,8 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        return layout_from_data({name: value for name, value in self._layout().items() if name != _CHAINS})
+        beside = (_CHAINS, _CONTROL, _TIMESTEP)
+        return layout_from_data({name: value for name, value in self._layout().items() if name not in beside})
 
     def chains(self) -> Mapping[str, Chain]:
         """Return the arms of the cell as chains of joints, by their names in the layout; none where there is no arm.
@@ -50,6 +52,33 @@ class CellDescription(NodeClient):
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
         return {str(name): value_of(Chain, each, f"chains.{name}") for name, each in self._layout()[_CHAINS].items()}
+
+    def control_space(self) -> ControlSpace:
+        """Return what can be commanded in the cell: the joints and grippers of its arms, and the joints of its robots.
+
+        Example:
+            >>> from cellwright import Cell, Client, Trial
+            >>> space = Client.in_process(Cell(Trial("one arm", has_arm=True))).control_space()
+            >>> space.names[0], space.names[-1]
+            ('linear_arm_actuator_joint', 'suction')
+
+        Raises:
+            CellwrightError: the server is no cell, or the cell's version is another one.
+        """
+        return cast("ControlSpace", value_of(ControlSpace, self._layout().get(_CONTROL), _CONTROL))
+
+    def timestep(self) -> tuple[int, int]:
+        """Return the length of a tick of the cell [s], as numerator and denominator.
+
+        Example:
+            >>> from cellwright import Cell, Client, Trial
+            >>> Client.in_process(Cell(Trial("empty"))).timestep()
+            (1, 500)
+
+        Raises:
+            CellwrightError: the server is no cell, or the cell's version is another one.
+        """
+        return cast("tuple[int, int]", value_of(tuple[int, int], self._layout().get(_TIMESTEP), _TIMESTEP))
 
     def _layout(self) -> dict[str, Any]:
         return dict(json.loads(self.call(_LAYOUT, TriggerRequest()).message))

@@ -122,7 +122,7 @@ class Latency:
         first, second = map(float, self.times)
         while True:
             number = random.uniform(first, second) if self.kind == "uniform" else random.normal(first, second)
-            yield Fraction(min(max(0.0, number), LONGEST))
+            yield _in_nanoseconds(min(max(0.0, number), LONGEST))
 
     def _measured(self, answer: Timed) -> Fraction:
         taken: float | None = answer.wall
@@ -136,7 +136,7 @@ class Latency:
             raise LatencyError(
                 f"{OPTION} {self.text}: the answer took {taken:g} s, more than {LONGEST:g} s, and counts as lost"
             )
-        return Fraction(taken)
+        return _in_nanoseconds(taken)
 
 
 def in_ticks(latency: Fraction, tick: int) -> int:
@@ -147,6 +147,11 @@ def in_ticks(latency: Fraction, tick: int) -> int:
         (50, 51)
     """
     return math.ceil(latency * 1_000_000_000 / tick)
+
+
+def _in_nanoseconds(time: float) -> Fraction:
+    """Return a time [s] in whole nanoseconds: 0.1 s, which a float is not exactly, ends on its tick."""
+    return Fraction(round(time * 1e9), 10**9)
 
 
 def _time(text: str, written: str) -> Fraction:

@@ -10,12 +10,14 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from cellwright.cell.cell import Cell
+from cellwright.clients.policies.report import ReportCheck
 from cellwright.engine.clock import seconds
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile, frame_bytes
+from cellwright.recording.replay.policies import report_in
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame
@@ -101,6 +103,8 @@ class VerificationResult:
         bodies: names of some of these bodies.
         points: points that the commands earn; None if the recording has none to compare with.
         recorded_points: points in the recording.
+        policy: first request to a policy that is not as its rules make it, in words; empty if there is none.
+        requests: number of requests to a policy.
         wall: wall time [s].
         fault: error that ended the run early; empty if there was none.
     """
@@ -116,13 +120,16 @@ class VerificationResult:
     bodies: tuple[str, ...] = ()
     points: float | None = None
     recorded_points: float = 0.0
+    policy: str = ""
+    requests: int = 0
     wall: float = 0.0
     fault: str = ""
 
     @property
     def answer(self) -> Answer:
         """Overall result."""
-        if self.different is not None or self.moved is not None or self.fault or self.has_other_points:
+        differs = self.different is not None or self.moved is not None or self.has_other_points
+        if differs or self.fault or self.policy:
             return Answer.DIFFERENT
         return Answer.EQUAL if self.hashes else Answer.UNKNOWN
 
@@ -167,7 +174,7 @@ def verify(
         on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
-    taker = SceneCapture.of(rebuilt.served)
+    taker, check = SceneCapture.of(rebuilt.served), ReportCheck()
 
     def now() -> TickTime:
         return TickTime(simulation.clock.tick, simulation.now)
@@ -183,6 +190,8 @@ def verify(
                 case Command():
                     verdict.commands += 1
                     rebuilt.carry_out(step)
+                    if report := report_in(step):
+                        check.take(report)
                 case HashPoint():
                     if simulation.state_hash() != step.hash:
                         verdict.different = now()
@@ -199,6 +208,7 @@ def verify(
                         verdict.moved, verdict.bodies = now(), _moved_bodies(taker.scene.bodies, here, step)
     except SimulationError as error:
         verdict.fault = str(error)
+    verdict.policy, verdict.requests = check.fault, check.requests
     recorded = (result or {}).get("score")
     is_whole = verdict.different is None and not verdict.fault
     if is_whole and isinstance(rebuilt.served, Cell) and isinstance(recorded, int | float):

@@ -202,6 +202,8 @@ class RemoteAgent(Program):
             return Outcome.UNSTABLE, error
         if ended.parting is ExitReason.CRASHED:
             return Outcome.CRASHED, ended.error
+        if ended.parting is ExitReason.INFRASTRUCTURE:
+            return Outcome.INFRASTRUCTURE, ended.error
         if ended.parting is ExitReason.RETURNED:
             client = Client(session.transport(NODE))
             with contextlib.suppress(RunEndedError), contextlib.closing(client):

@@ -22,7 +22,7 @@ from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.ros2_transport import Ros2Transport
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.ros1.host import installation
-from cellwright.running.run import agent_traceback, call_agent
+from cellwright.running.run import POLICY_FAULTS, agent_traceback, call_agent
 from cellwright.util.errors import CellwrightError, RunEndedError
 from cellwright.util.process import exit_despite_threads
 
@@ -36,6 +36,7 @@ class ExitReason(StrEnum):
     RETURNED = "returned"
     RUN_ENDED = "run ended"
     CRASHED = "crashed"
+    INFRASTRUCTURE = "infrastructure"
     INTERRUPTED = "interrupted"
 
 
@@ -61,6 +62,8 @@ def run_agent(
         parting = ExitReason.RUN_ENDED
     except KeyboardInterrupt:
         parting = ExitReason.INTERRUPTED
+    except POLICY_FAULTS as fault:
+        parting, error = ExitReason.INFRASTRUCTURE, f"{fault}\n"
     except BaseException as raised:  # whatever it is, it is reported
         parting, error = ExitReason.CRASHED, agent_traceback(raised, __file__)
     finally:

@@ -1,6 +1,6 @@
 """Session of a cell, a robot or a recording, from start to result."""
 
-from cellwright.running.run.agent_work import DRIVE, agent_traceback, call_agent, wait_for_kits
+from cellwright.running.run.agent_work import DRIVE, POLICY_FAULTS, agent_traceback, call_agent, wait_for_kits
 from cellwright.running.run.cells import CellTarget
 from cellwright.running.run.headless import run_cell, run_trial
 from cellwright.running.run.loading import DescriptionWarning, load_robot, load_trial
@@ -19,6 +19,7 @@ from cellwright.running.run.session import Program, Session
 __all__ = [
     "DRIVE",
     "GRACE",
+    "POLICY_FAULTS",
     "CellTarget",
     "DescriptionWarning",
     "Outcome",

@@ -17,12 +17,15 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
+from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError
 from cellwright.running.run.result import Outcome, final_outcome
 from cellwright.util.errors import RunEndedError, SimulationError, printable
 
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
 )
+POLICY_FAULTS = (PolicyConnectionError, PolicyAnswerError)
+"""Errors of a policy's server and its wire: no verdict on a policy."""
 DRIVE = 30.0
 """Simulation time [s] to wait for a kit that is on its way after the agent has returned."""
 _MAX_ERROR = 20_000  # characters of an error
@@ -86,6 +89,8 @@ def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Out
         pass
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
+    except POLICY_FAULTS as error:
+        return Outcome.INFRASTRUCTURE, f"{error}\n"
     except SimulationError as error:
         return Outcome.UNSTABLE, f"{error}\n"
     except BaseException as raised:  # any error of an agent is reported, and the run still has its score

@@ -35,6 +35,7 @@ class Outcome(StrEnum):
     TIME_LIMIT = "time limit"
     GAVE_UP = "the agent ended before the orders were complete"
     CRASHED = "the agent crashed"
+    INFRASTRUCTURE = "the policy could not be asked"
     UNSTABLE = "the simulation became unstable"
     UNTIL = "stopped before the competition was done"
     INTERRUPTED = "interrupted"

@@ -20,6 +20,7 @@ _ORDER_COLOURS = {"active": GREEN, "interrupted": AMBER, "complete": BLUE, "open
 _OUTCOMES = {
     "gave_up": "the agent ended before the orders were complete",
     "crashed": "the agent crashed",
+    "infrastructure": "the policy could not be asked",
     "unstable": "the simulation became unstable",
     "until": "stopped before the competition was done",
 }

@@ -22,6 +22,7 @@ from cellwright.running.evaluation.execution.memory import OwnTime, oom_kills
 from cellwright.running.evaluation.results.result import POINT_TOLERANCE
 from cellwright.running.evaluation.results.seal import KEY_VARIABLE
 from cellwright.running.remote.guarded import GuardedProcess
+from cellwright.running.run import Outcome
 from cellwright.util.errors import printable
 from cellwright.util.process import own_program
 
@@ -169,13 +170,15 @@ class WorkerProcess(GuardedProcess):
             self.wait(_STACK_TIMEOUT)
 
     def machine_fault(self, ending: str) -> str:
-        """Return what the machine did to the run, in one line; empty if nothing is known.
+        """Return what the machine, or a policy's server, did to the run, in one line; empty if nothing is known.
 
         Args:
             ending: what `stop` returned.
         """
         if self.result is not None:
             error = self.result.error.strip().rpartition("\n")[2]
+            if self.result.outcome == Outcome.INFRASTRUCTURE.name.lower():
+                return printable(error, _MAX_REASON)
             return f"the disk is full: {error}" if error.startswith(_DISK_FULL_TEXTS) else ""
         # A program that ends itself must not have its run repeated as if the machine had ended it.
         if self.kills_itself or self.refused or self.invalid or ending not in _OUTSIDE:

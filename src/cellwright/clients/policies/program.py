@@ -1,0 +1,53 @@
+"""Agents of policies by the words of a command line, and their check against a trial before anything starts."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from cellwright.clients.policies.actions import ActionFormat
+from cellwright.clients.policies.agent import PolicyAgent, Setting
+from cellwright.clients.policies.key_map import RATE, Cell
+from cellwright.clients.policies.map_reader import load_map
+from cellwright.clients.policies.openpi import OpenpiPolicy
+from cellwright.clients.policies.policy import Policy
+from cellwright.clients.policies.recorded import RecordedPolicy
+from cellwright.clients.policies.spec import PolicySpec
+from cellwright.config.control import ControlSpace, period_ticks
+from cellwright.config.sensors import PictureCameraConfig
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import UsageError
+
+
+def policy_agent(words: str) -> Callable[[], PolicyAgent]:
+    """Return a factory of agents for a policy, by its words; each agent makes a policy of its own, in its run.
+
+    Raises:
+        UsageError: the words are none of a policy, or the file of a recorded episode cannot be read.
+    """
+    spec = PolicySpec.read(words)
+    if not spec.is_recorded:
+        return lambda: PolicyAgent(spec, lambda setting: _made(spec, setting))
+    recorded = RecordedPolicy.read(Path(spec.policy))
+    return lambda: PolicyAgent(spec, lambda _setting: recorded, recorded.rules)
+
+
+def check_policy(words: str, trial: Trial) -> None:
+    """Check that a policy fits a trial, without asking it.
+
+    Raises:
+        DescriptionError: its map cannot be read, or names what the cell does not have.
+        UsageError: the cell has nothing to command, or a control period would be no whole number of its ticks.
+    """
+    spec = PolicySpec.read(words)
+    space, timestep = ControlSpace.of(trial), trial.settings.timestep
+    if not space.channels:
+        raise UsageError(f"{trial.name}: there is no arm and no robot for a policy to command; add one to its cell")
+    if spec.map:
+        cameras = [each.name for each in trial.sensors if isinstance(each, PictureCameraConfig) and each.has_colour]
+        load_map(Path(spec.map), Cell(space, cameras, [arm.name for arm in trial.arms], timestep))
+    else:
+        period_ticks(RATE, timestep)
+
+
+def _made(spec: PolicySpec, setting: Setting) -> Policy:
+    form = ActionFormat(dimension=setting.key_map.size)
+    return OpenpiPolicy(spec.policy, dialect=setting.key_map.dialect or None, actions=form)
