@@ -42,6 +42,7 @@ def test_viewing_cost_excludes_start_of_run(runs: list[tuple[str, float, str | N
     assert "2.0 MB for 60 s" in figures["a recording / bare"].note
     assert figures["a video / bare"].value == pytest.approx(2.2, abs=0.2)
     assert figures["a picture of a video, in wall time"].value == pytest.approx(1200 / 201)
+    assert figures["a video without a size / of 1280 x 720, in wall time"].value == pytest.approx(1.0)
     assert figures["different end states of the runs of the lesson"].value == 1
     assert {label: figure.maximum for label, figure in figures.items() if "page" in label} == {
         "a page without a browser / bare": looking.VIEW_COST,

@@ -1,5 +1,6 @@
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -8,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cellwright.rendering import video_size
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_options import VideoOptions
+from cellwright.rendering.video_size import FrameQuality
 from cellwright.rendering.worker import RenderingError
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
@@ -24,7 +27,7 @@ CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
 
 
 def of_a_ball(file: Path) -> VideoOptions:
-    return VideoOptions(file, width=64, height=48)
+    return VideoOptions(file, size=(64, 48))
 
 
 def left_of_red(pictures: list[np.ndarray]) -> list[float]:
@@ -35,7 +38,7 @@ def left_of_red(pictures: list[np.ndarray]) -> list[float]:
 def test_video_plays_given_frames(tmp_path: Path) -> None:
     films = []
     for name in ("a.mp4", "b.mp4"):
-        video = Video(of_a_ball(tmp_path / name), BALL)
+        video = Video(of_a_ball(tmp_path / name), BALL, ball_at(0, 0, 1), CAMERA)
         for number in range(20):
             assert video.take(ball_at(number / 20 - 0.5, 0, 1), CAMERA, "ball")
         video.close()
@@ -48,9 +51,24 @@ def test_video_plays_given_frames(tmp_path: Path) -> None:
     assert np.array_equal(films[0], films[1])  # the same frames, the same pictures
 
 
+def test_video_without_size_takes_smaller_one_where_drawing_is_slow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(video_size, "QUALITIES", (FrameQuality((64, 48), 2), FrameQuality((32, 24), 1)))
+    monkeypatch.setattr(video_size, "LONGEST", 0.0)
+    video = Video(VideoOptions(tmp_path / "a.mp4"), BALL, ball_at(0, 0, 1), CAMERA)
+    assert video.take(ball_at(0, 0, 1), CAMERA)
+    video.close()
+    assert re.fullmatch(
+        r".*/a\.mp4: 32x24, since a frame of 64x48 takes \d\.\d\d s here; --video-size sets another", video.choice
+    )
+    assert video.options.size == (32, 24)
+    assert read(tmp_path / "a.mp4")[0].shape == (24, 32, 3)
+
+
 @pytest.mark.slow
 def test_video_without_waiting_repeats_picture(tmp_path: Path) -> None:
-    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL, ball_at(0, 0, 1), CAMERA)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
     os.kill(video._worker._process.pid, signal.SIGCONT)
@@ -71,7 +89,7 @@ def test_full_disk_ends_video_only(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
     (tmp_path / "a.mp4").symlink_to("/dev/full")
-    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL, ball_at(0, 0, 1), CAMERA)
     for number in range(300):
         if not video.take(ball_at(math.sin(number), 0, 1), CAMERA):
             break
@@ -82,7 +100,7 @@ def test_full_disk_ends_video_only(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_video_of_killed_process_is_playable(tmp_path: Path) -> None:
-    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL, ball_at(0, 0, 1), CAMERA)
     for _ in range(90):
         video.take(ball_at(0, 0, 1), CAMERA)
     os.kill(video._worker._process.pid, signal.SIGKILL)
@@ -96,10 +114,11 @@ import os, signal, sys
 from pathlib import Path
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.test_video import CAMERA, of_a_ball
+from cellwright.rendering import video_size
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_options import VideoOptions
 
-video = Video(of_a_ball(Path(sys.argv[1])), BALL)
+video = Video(of_a_ball(Path(sys.argv[1])), BALL, ball_at(0, 0, 1), CAMERA)
 for _ in range(30):
     video.take(ball_at(0, 0, 1), CAMERA)
 print(video._worker._process.pid, flush=True)
@@ -126,4 +145,4 @@ def test_video_of_killed_caller_is_playable(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_unwritable_video_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RenderingError, match="No such file or directory"):
-        Video(of_a_ball(tmp_path / "no" / "a.mp4"), BALL)
+        Video(of_a_ball(tmp_path / "no" / "a.mp4"), BALL, ball_at(0, 0, 1), CAMERA)

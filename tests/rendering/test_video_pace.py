@@ -64,7 +64,7 @@ def test_video_that_becomes_slow_later_is_estimated_then() -> None:
 
 
 def test_suggestions_are_those_that_make_a_difference() -> None:
-    small = VideoOptions(FILE, speed=0.5, width=320, height=240, fine=True)
+    small = VideoOptions(FILE, speed=0.5, size=(320, 240), fine=True)
     ((_, line),) = lines_of(5, 5.0, 15, small)
     assert line.endswith("quicker: --video-speed 2, no --video-fine")
 

@@ -36,7 +36,7 @@ class Filmed:
         self._killed_at = killed_at
         at = []
         if file is not None:
-            options = VideoOptions(file, speed=speed, width=64, height=48)
+            options = VideoOptions(file, speed=speed, size=(64, 48))
             self.film = VideoRecorder(
                 self.cell,
                 options,

@@ -286,7 +286,14 @@ class VideoArguments:
     video_speed: Annotated[
         float, option("FACTOR", "Simulated seconds per second of video; 10 shortens 10 minutes to one.", VIDEO)
     ] = 1.0
-    video_size: Annotated[str, option("WxH", "Size in pixels, such as 1920x1080.", VIDEO)] = DEFAULT_VIDEO_SIZE
+    video_size: Annotated[
+        str | None,
+        option(
+            "WxH",
+            f"Size in pixels, such as 1920x1080. Default: {DEFAULT_VIDEO_SIZE}, or less where that is slow to draw.",
+            VIDEO,
+        ),
+    ] = None
     video_fine: Annotated[
         bool, flag("--video-fine", "Smoother edges; without a GPU drawing takes half as long again.", VIDEO)
     ] = False
@@ -309,13 +316,13 @@ class VideoArguments:
                 camera = camera_of(camera, views)
         with options.errors_of("--video-speed:"):
             period_of(self.video_speed)
-        width, height = _video_size(self.video_size)
+        size = None if self.video_size is None else _video_size(self.video_size)
         if file is None:
             if self != VideoArguments():
                 refuse("--video-camera, --video-speed, --video-size and --video-fine require --video FILE.mp4")
             return None
         requested_backend()
-        return VideoOptions(file, camera, self.video_speed, width, height, self.video_fine)
+        return VideoOptions(file, camera, self.video_speed, size, self.video_fine)
 
 
 def video_sentence(video: VideoFigures) -> str:

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
 from typing import TypeAlias
 
 from cellwright.rendering.backend import RAYS
@@ -11,11 +12,13 @@ from cellwright.rendering.picture import LAMP, PictureRequest
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.video_options import RATE, VideoOptions, check_video_size
 from cellwright.rendering.video_pace import VideoPace
+from cellwright.rendering.video_size import ChosenQuality, FrameQuality, choose_quality, smallest_quality
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
 
 _WAITING = 6  # frames that may wait for drawing
 _MAX_CAPTION = 300  # characters
+_USUAL, _FINE = 2, 4  # samples along each side of a pixel
 
 
 VideoFigures: TypeAlias = dict[str, float | str]
@@ -31,8 +34,13 @@ class Video:
     Args:
         options: file, size and quality.
         scene: the scene to show.
+        frame: a frame of it, such as the first; without a size in the options, it is drawn to choose one.
+        camera: the camera of that frame.
         lamp: position of the light [m], from the point that the camera looks at, along the world's axes.
         warn: receives a line if there is no OpenGL.
+
+    Attributes:
+        options: those given, with the size.
 
     Raises:
         UsageError: no video can have this size.
@@ -43,11 +51,14 @@ class Video:
         self,
         options: VideoOptions,
         scene: Scene,
+        frame: SceneFrame,
+        camera: Camera,
         *,
         lamp: Vector3 = LAMP,
         warn: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        check_video_size(options.width, options.height)
+        if options.size is not None:
+            check_video_size(*options.size)
         self.file = file = options.file
         self.taken = 0
         """Count of the frames taken."""
@@ -57,18 +68,22 @@ class Video:
         """Reason why it ended early; empty otherwise."""
         self.pace: VideoPace | None = None
         """Counts the frames, if set."""
-        self._options, self._lamp = options, lamp
+        self._lamp = lamp
         self._worker = RenderWorker(scene, max_pending=_WAITING)
         self._repeats = 0
         self._waiting: deque[Future[None]] = deque()
         try:
-            self._worker.ask("film", file.absolute(), options.width, options.height, RATE).result()
             draws_with = self._worker.ready.result()
+            chosen = self._chosen(options, frame, camera, draws_with)
+            self.options, self._quality = replace(options, size=chosen.quality.size), chosen.quality
+            self._worker.ask("film", file.absolute(), *chosen.quality.size, RATE).result()
         except RenderingError:
             self._worker.close()
             raise
         if draws_with == RAYS:
             warn(f"{file}: OpenGL is not available, so each picture of the video takes seconds; see docs/video.md")
+        self.choice = f"{file}: {chosen.reason}; --video-size sets another" if chosen.reason else ""
+        """Line for people about a size that was chosen and is not the default; empty otherwise."""
 
     @property
     def made(self) -> VideoFigures:
@@ -96,9 +111,7 @@ class Video:
                 self.pace.count_dropped()
             self._repeats += 1
             return False
-        options = self._options
-        samples = 4 if options.fine else 2
-        request = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
+        request = self._request(camera, self._quality)
         self._waiting.append(self._worker.ask("take", frame, request, caption[:_MAX_CAPTION], self._repeats))
         self.taken += 1
         self._repeats = 0
@@ -117,6 +130,20 @@ class Video:
             self._worker.close()
         if self.error:
             raise RenderingError(self.error)
+
+    def _chosen(self, options: VideoOptions, frame: SceneFrame, camera: Camera, draws_with: str) -> ChosenQuality:
+        """Return the quality of the frames: as requested, or by drawing some."""
+        if options.size is not None:
+            return ChosenQuality(FrameQuality(options.size, _FINE if options.fine else _USUAL), "")
+        if draws_with == RAYS:
+            return smallest_quality("there is no OpenGL here")
+        return choose_quality(
+            lambda quality: self._worker.colour(frame, self._request(camera, quality)).result(),
+            samples=_FINE if options.fine else 0,
+        )
+
+    def _request(self, camera: Camera, quality: FrameQuality) -> PictureRequest:
+        return PictureRequest(camera, *quality.size, samples=quality.samples, lamp=self._lamp)
 
     def _look_back(self) -> None:
         """Collect the results of earlier frames."""

@@ -10,8 +10,8 @@ from cellwright.rendering.picture import MAX_SIDE
 from cellwright.rendering.views import Viewpoint
 from cellwright.util.errors import UsageError
 
-WIDTH, HEIGHT = 1280, 720
-"""Default size of a video, in pixels."""
+SIZE = WIDTH, HEIGHT = 1280, 720
+"""Default size of a video, in pixels, where it can be drawn about as fast as it plays."""
 RATE = Fraction(25)
 """Frames per second of the video."""
 
@@ -26,7 +26,8 @@ class VideoOptions:
         file: MP4; overwritten.
         camera: the camera, or the name of a view of the cell; None for its overview, or for the whole robot.
         speed: simulated seconds per second of the video.
-        width, height: [pixels], even.
+        size: width and height [pixels], even; None for the largest up to 1280x720 that is drawn about as fast as the
+            video plays (see `video_size`).
         fine: smoother edges, which take half as long again without a GPU.
 
     Raises:
@@ -36,8 +37,7 @@ class VideoOptions:
     file: Path
     camera: Viewpoint | None = None
     speed: float = 1.0
-    width: int = WIDTH
-    height: int = HEIGHT
+    size: tuple[int, int] | None = None
     fine: bool = False
 
     def __post_init__(self) -> None:

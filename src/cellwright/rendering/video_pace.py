@@ -1,9 +1,10 @@
 """Pace of a video: from its first frames, how long the whole takes and what makes it quicker; then its progress."""
 
+import math
 import time
 from collections.abc import Callable
 
-from cellwright.rendering.video_options import RATE, VideoOptions
+from cellwright.rendering.video_options import RATE, SIZE, VideoOptions
 
 SLOW = 60.0
 """Estimated wall time [s] from which a video is slow, so that its estimate and progress are reported."""
@@ -91,7 +92,7 @@ class VideoPace:
     def _quicker(self) -> str:
         options = self._options
         ways = [f"--video-speed {_QUICK_SPEED * options.speed:g}"]
-        if options.width * options.height > _QUICK_WIDTH * _QUICK_HEIGHT:
+        if math.prod(options.size or SIZE) > _QUICK_WIDTH * _QUICK_HEIGHT:
             ways.append(f"--video-size {_QUICK_WIDTH}x{_QUICK_HEIGHT}")
         if options.fine:
             ways.append("no --video-fine")

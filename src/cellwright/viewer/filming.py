@@ -45,7 +45,6 @@ class VideoRecorder:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
-        self._options = options
         self._capture = SceneCapture.of(served)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
@@ -54,22 +53,26 @@ class VideoRecorder:
                 f"{options.file}: video speed must be at least {min_speed:g}, one frame per tick "
                 f"(got {options.speed:g})"
             )
-        self._video = Video(options, self._capture.scene, lamp=lamp, warn=warn)
+        served.simulation.refresh()
+        frame = self._capture.frame(served.simulation.data, served.simulation.now)
+        self._video = Video(options, self._capture.scene, frame, camera, lamp=lamp, warn=warn)
         self._taken_at = -1  # time of the newest frame [ns]
         self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
 
     def expect(self, end: int | None, report: Callable[[str], None]) -> None:
-        """Report how long drawing takes, and its progress, if that is minutes.
+        """Report a size that was chosen, and how long drawing takes, and its progress, if that is minutes.
 
         Args:
             end: latest simulation time [ns] of the video's end; None if no end is known.
             report: receives lines for people.
         """
-        options, frames = self._options, None
+        options, frames = self._video.options, None
         if end is not None:
             frames = math.ceil(max(0, end - self._served.simulation.now) / (self._period * NANOSECONDS)) + 1
+        if self._video.choice:
+            report(self._video.choice)
         self._video.pace = VideoPace(options, frames, report, is_bound=True)
 
     def start(self) -> None:

@@ -33,7 +33,7 @@ from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video, VideoFigures
-from cellwright.rendering.video_options import VideoOptions, period_of
+from cellwright.rendering.video_options import SIZE, VideoOptions, period_of
 from cellwright.rendering.video_pace import VideoPace
 from cellwright.rendering.views import OVERVIEW, camera_of, gear2017_views
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
@@ -284,9 +284,12 @@ def film_recording(
         raise UsageError(f"{recording.path}: no frame between these times; choose others with --start and --until")
     camera = _camera(recording, scene, frame, options)
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
-    video = Video(options, scene, lamp=lamp, warn=warn)
+    video = Video(options, scene, frame, camera, lamp=lamp, warn=warn)
+    report = partial(echo, err=True)
+    if video.choice:
+        report(video.choice)
     period, number = period_of(options.speed) * NANOSECONDS, 0
-    video.pace = VideoPace(options, math.ceil((end - begin) / period) + 1, partial(echo, err=True))
+    video.pace = VideoPace(video.options, math.ceil((end - begin) / period) + 1, report)
     try:
         time = begin - 1
         while time < end and not video.error:
@@ -321,7 +324,7 @@ def _camera(recording: RecordingFile, scene: Scene, frame: SceneFrame, options: 
             return camera_of(options.camera or OVERVIEW, scene.views or gear2017_views())
     shown = EngineScene(scene)
     shown.show(frame)
-    return camera_on(shown.model, shown.data, TURN, TILT, options.width, options.height)
+    return camera_on(shown.model, shown.data, TURN, TILT, *(options.size or SIZE))
 
 
 def _caption(time: int, panel: dict[str, Any]) -> str:

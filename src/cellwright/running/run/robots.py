@@ -160,13 +160,14 @@ class RobotTarget(Target):
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:
         """Return a video of the whole robot at its present place, with the time in a corner."""
+        from cellwright.rendering.video_options import SIZE
         from cellwright.viewer.filming import VideoRecorder
 
         node = self.node
         model, data = node.simulation.model, node.simulation.data
         heading = robot_heading(node.world, data) + TURN
         camera = (
-            camera_on(model, data, heading, TILT, options.width, options.height)
+            camera_on(model, data, heading, TILT, *(options.size or SIZE))
             if options.camera is None
             else camera_of(options.camera, gear2017_views())
         )
