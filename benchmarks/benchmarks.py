@@ -169,6 +169,7 @@ BENCHMARKS = (
     Benchmark("pybullet_cell", "The cell compared with PyBullet", 1.0),
     Benchmark("start", "A cold start", 0.2),
     Benchmark("costs", "Marginal costs", 1.0),
+    Benchmark("many_cells", "Many cells on one machine", 1.5),
     Benchmark("looking", "Viewing and recording", 3.0),
     Benchmark("pictures", "Pictures of cameras", 0.5),
     Benchmark("robot", "A robot compared with PyBullet", 0.5),
