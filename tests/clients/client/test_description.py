@@ -1,7 +1,9 @@
 """A cell as it describes itself to a client."""
 
+from cellwright import load_trial
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
+from cellwright.config.control import ControlSpace
 from cellwright.config.layout.arm_models import arm_model
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import GRIPPER, RAIL, UR10
@@ -45,3 +47,13 @@ def test_chain_without_a_cup_ends_at_the_tip() -> None:
 
 def test_cell_without_an_arm_has_no_chain() -> None:
     assert Client.in_process(Cell(Trial(""))).chains() == {}
+
+
+def test_client_knows_what_can_be_commanded_and_the_task() -> None:
+    trial = load_trial("pick_from_bin")
+    client = Client.in_process(Cell(trial))
+    assert client.control_space() == ControlSpace.of(trial)
+    assert client.timestep() == trial.settings.timestep
+    assert trial.task is not None
+    assert client.sentence == trial.task.sentence
+    assert Client.in_process(Cell(load_trial("lesson"))).sentence == ""

@@ -62,7 +62,11 @@ def test_mode_and_latency_imply_each_other(
         ("policy --policy hold --latency soon", "--latency soon: unknown source"),
         ("policy --policy run.mcap --latency 5ms", "the recording has its own rules"),
         ("policy --policy none.jsonl", "none.jsonl: cannot be read"),
-        ("policy 'open", "quot"),
+        ("policy 'open", "No closing quotation; put values with blanks into quotes"),
+        ("policy --policy holt", "unknown policy 'holt'; did you mean hold"),
+        ("policy --policy localhost:8000", "write ws://localhost:8000"),
+        ("policy --policy ftp://h:1", "no scheme of a policy server"),
+        ("policy --policy nowhere.py:Mine", "nowhere.py"),
     ],
 )
 def test_words_that_say_no_policy_are_refused(words: str, error: str) -> None:

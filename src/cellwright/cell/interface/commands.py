@@ -60,7 +60,8 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
 def layout_json(trial: Trial) -> str:
     """Return a cell's layout as a JSON object, with the `chains` of its arms by their names in the layout.
 
-    `control` is what can be commanded, a `ControlSpace`, and `timestep` the length of a tick [s] as a fraction.
+    `control` is what can be commanded, a `ControlSpace`; `sentence` is the task in words, empty without one; `timestep`
+    is the length of a tick [s] as a fraction.
 
     A chain goes from the frame of the arm's mount to the frame of its cup, or to its tip if it holds nothing. Its
     joints have their names in messages, and its links those of their frames.
@@ -73,10 +74,13 @@ def layout_json(trial: Trial) -> str:
         links = {arm.frame_of(name): link for name, link in chain.links.items()}
         chains[arm.name] = plain(replace(chain, joints=tuple(joints), links=links))
     layout = replace(trial.layout, carriers=trial.carriers)
-    control, timestep = plain(ControlSpace.of(trial)), trial.settings.timestep
-    return json.dumps(
-        {**layout_data(layout), "chains": chains, "control": control, "timestep": timestep}, allow_nan=False
-    )
+    more = {
+        "chains": chains,
+        "control": plain(ControlSpace.of(trial)),
+        "sentence": "" if trial.task is None else trial.task.sentence,
+        "timestep": trial.settings.timestep,
+    }
+    return json.dumps({**layout_data(layout), **more}, allow_nan=False)
 
 
 class CellCommands:

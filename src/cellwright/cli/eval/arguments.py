@@ -1,8 +1,8 @@
 """Options of `cellwright eval`, and the trials that they name."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -12,10 +12,13 @@ from cellwright.cli.arguments import AGENT_HELP, OUTPUT, SIMULATION, VIEW_HELP, 
 from cellwright.cli.eval.conclusion import AsTable, Reports, require_table, threshold_of
 from cellwright.cli.options import N
 from cellwright.cli.parameters import argument, flag, option
+from cellwright.cli.policies import PolicyArguments, is_recording
+from cellwright.clients.policies.program import check_policy
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name, split_names
+from cellwright.config.trial.trial import Trial
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.outputs.tracking import Tracking
 from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest
@@ -72,6 +75,7 @@ class EvaluationArguments:
         ),
     ]
     agent: Annotated[str, option("AGENT", f"{AGENT_HELP}.", SIMULATION)] = "kitter"
+    policy: PolicyArguments
     agents: Annotated[
         list[str] | None,
         option(
@@ -195,6 +199,11 @@ class EvaluationArguments:
         require_table(self.as_table)
         with options.errors_of("--log"):
             Tracking.require(self.log or ())
+        specs = self.policy.specs(self.agent)
+        if any(map(is_recording, specs)):
+            options.refuse("--policy: a recording is one run; `cellwright run` replays it")
+        if len(specs) > 1 and self.ray is not None:
+            options.refuse("--ray: takes one --latency; leave out the others")
         _ = self.part, self.limits.limits()
         if self.agents:
             refused = {
@@ -205,18 +214,44 @@ class EvaluationArguments:
                 "--parquet": self.as_table,
                 "--repeat": self.repeat,
                 "--view": self.page.view,
+                "--policy": self.policy.policy is not None,
             }
             if given := [name for name, is_given in refused.items() if is_given]:
                 options.refuse(f"{given[0]}: does not go with --agents; leave one out")
         _ = self.numbers, self.workers
 
+    @property
+    def program(self) -> str:
+        """Name of the agent, as `find_agent` takes it; that of a policy has its latency unless several are compared."""
+        specs = self.policy.specs(self.agent)
+        if not specs:
+            return self.agent
+        return (specs[0] if len(specs) == 1 else replace(specs[0], latency="")).words
+
+    @property
+    def latencies(self) -> Sequence[str]:
+        """The latencies that are compared; one that is empty if there is nothing to compare."""
+        specs = self.policy.specs(self.agent)
+        return [each.latency for each in specs] if len(specs) > 1 else [""]
+
     def evaluated(self) -> list[EvaluatedTrial]:
-        """Read the trials."""
-        return evaluated_trials(self.trials, self.joined or [], list(map(Sweep.read, self.sweep or [])))
+        """Read the trials, and check that each fits the policy, if one works."""
+        words = [each.words for each in self.policy.specs(self.agent)[:1]]
+
+        def check(trial: Trial) -> None:
+            for each in words:
+                check_policy(each, trial)
+
+        return evaluated_trials(self.trials, self.joined or [], list(map(Sweep.read, self.sweep or [])), check)
 
 
-def evaluated_trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequence[Sweep] = ()) -> list[EvaluatedTrial]:
-    """Read the trials once: their errors are printed before anything starts."""
+def evaluated_trials(
+    names: Sequence[str],
+    joined: Sequence[str],
+    sweeps: Sequence[Sweep] = (),
+    check: Callable[[Trial], None] = lambda _trial: None,
+) -> list[EvaluatedTrial]:
+    """Read the trials once, and check each: their errors are printed before anything starts."""
     entries = []
     for name in dict.fromkeys(names):
         alone = load_trial(options.paths([name])).trial
@@ -227,6 +262,8 @@ def evaluated_trials(names: Sequence[str], joined: Sequence[str], sweeps: Sequen
         swept = variants(sweeps, name if len(names) > 1 else "")
         trials = [each.trial for each in options.load_variants([joined_name(parts)], swept)]
         check_effect(sweeps, trials)
+        for trial in trials:
+            check(trial)
         if any(isinstance(each, PictureCameraConfig) for trial in trials for each in trial.sensors):
             # An unknown backend is reported once, and not by every run.
             requested_backend()

@@ -46,6 +46,9 @@ def evaluate(given: EvaluationArguments) -> None:
         # programs of others: each in a process of its own, its points from its commands alone
         cellwright eval final01 --agent theirs.py:Robot --over socket --verify
 
+        # a policy server at four latencies: its success against latency is in the report
+        cellwright eval trial.yaml --policy ws://127.0.0.1:8000 --latency 0ms --latency 60ms --latency 120ms --seeds 50
+
         # a class: evaluation/class.csv and class.html have a row for each program
         cellwright eval lesson final01 --agents 'students/*.py:Mine' --vary --seeds 3
 
@@ -64,7 +67,13 @@ def evaluate(given: EvaluationArguments) -> None:
         if given.agents:
             evaluate_class(given.agents, trials, given)
         planned = make_jobs(
-            trials, given.agent, given.numbers, vary=given.vary, over=given.over or "", verify=given.verify
+            trials,
+            given.program,
+            given.numbers,
+            vary=given.vary,
+            over=given.over or "",
+            verify=given.verify,
+            latencies=given.latencies,
         )
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
@@ -99,7 +108,7 @@ def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, 
     if given.fresh:
         store.forget(job.key for job in jobs)
         tracking.forget()
-    elif others := other_agents(given.out, store.results.values(), given.agent):
+    elif others := other_agents(given.out, store.results.values(), given.program):
         more = f" (and {len(others) - 1} more)" if len(others) > 1 else ""
         options.refuse(
             f"--out {given.out}: holds results of another program, {others[0]}{more}; "

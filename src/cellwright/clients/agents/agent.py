@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from cellwright.clients.client.client import Client
+from cellwright.clients.policies.policy import PolicyError
 from cellwright.clients.policies.spec import is_policy
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
@@ -70,7 +71,7 @@ def _policy_maker(words: str) -> Callable[[], Agent]:
 
     try:
         return policy_agent(words)
-    except UsageError as error:
+    except (PolicyError, UsageError) as error:
         raise AgentError(str(error)) from None
 
 

@@ -14,7 +14,7 @@ from cellwright.motion.chain import Chain
 _PART_TYPES = "/cellwright/part_types"
 _SOLIDS = "/cellwright/solids"
 _LAYOUT = "/cellwright/layout"
-_CHAINS, _CONTROL, _TIMESTEP = "chains", "control", "timestep"
+_CHAINS, _CONTROL, _SENTENCE, _TIMESTEP = "chains", "control", "sentence", "timestep"
 
 
 class CellDescription(NodeClient):
@@ -34,7 +34,7 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        beside = (_CHAINS, _CONTROL, _TIMESTEP)
+        beside = (_CHAINS, _CONTROL, _SENTENCE, _TIMESTEP)
         return layout_from_data({name: value for name, value in self._layout().items() if name not in beside})
 
     def chains(self) -> Mapping[str, Chain]:
@@ -66,6 +66,20 @@ class CellDescription(NodeClient):
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
         return cast("ControlSpace", value_of(ControlSpace, self._layout().get(_CONTROL), _CONTROL))
+
+    @property
+    def sentence(self) -> str:
+        """The task of the trial in words; empty if it has none.
+
+        Example:
+            >>> from cellwright import Cell, Client, load_trial
+            >>> Client.in_process(Cell(load_trial("pick_from_bin"))).sentence
+            'Pick up a gear from the bin.'
+
+        Raises:
+            CellwrightError: the server is no cell, or the cell's version is another one.
+        """
+        return str(self._layout().get(_SENTENCE, ""))
 
     def timestep(self) -> tuple[int, int]:
         """Return the length of a tick of the cell [s], as numerator and denominator.

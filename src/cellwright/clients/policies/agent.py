@@ -72,7 +72,7 @@ class PolicyAgent:
             raise UsageError("policy: time must stand still while it answers; serve the cell with --lockstep")
         setting = self._setting(client)
         with closing(self._make(setting)) as policy:
-            sentence = str(getattr(client, "sentence", ""))
+            sentence = client.sentence
             policy.reset(self._spec.seed, sentence)
             observer = Observer(client, setting.key_map, setting.cell.space, setting.arms, sentence)
             client.start_competition()

@@ -2,19 +2,25 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.agent import PolicyAgent, Setting
+from cellwright.clients.policies.baselines import BASELINES
+from cellwright.clients.policies.connect import connect
 from cellwright.clients.policies.key_map import RATE, Cell
 from cellwright.clients.policies.map_reader import load_map
-from cellwright.clients.policies.openpi import OpenpiPolicy
-from cellwright.clients.policies.policy import Policy
+from cellwright.clients.policies.policy import Policy, PolicyError
 from cellwright.clients.policies.recorded import RecordedPolicy
 from cellwright.clients.policies.spec import PolicySpec
 from cellwright.config.control import ControlSpace, period_ticks
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
+from cellwright.util import plugins
 from cellwright.util.errors import UsageError
+
+SCHEMES = ("ws", "wss", "http", "https", "tcp")
+"""Schemes of addresses of policy servers."""
 
 
 def policy_agent(words: str) -> Callable[[], PolicyAgent]:
@@ -22,9 +28,11 @@ def policy_agent(words: str) -> Callable[[], PolicyAgent]:
 
     Raises:
         UsageError: the words are none of a policy, or the file of a recorded episode cannot be read.
+        PolicyError: there is no such policy.
     """
     spec = PolicySpec.read(words)
     if not spec.is_recorded:
+        _check_name(spec.policy)
         return lambda: PolicyAgent(spec, lambda setting: _made(spec, setting))
     recorded = RecordedPolicy.read(Path(spec.policy))
     return lambda: PolicyAgent(spec, lambda _setting: recorded, recorded.rules)
@@ -50,4 +58,15 @@ def check_policy(words: str, trial: Trial) -> None:
 
 def _made(spec: PolicySpec, setting: Setting) -> Policy:
     form = ActionFormat(dimension=setting.key_map.size)
-    return OpenpiPolicy(spec.policy, dialect=setting.key_map.dialect or None, actions=form)
+    return connect(spec.policy, dialect=setting.key_map.dialect or None, actions=form, space=setting.cell.space)
+
+
+def _check_name(name: str) -> None:
+    """Refuse a name that is no policy, before anything runs; a class of a file is imported, and not made."""
+    if "://" in name:
+        if urlsplit(name).scheme not in SCHEMES:
+            raise PolicyError(f"{name}: no scheme of a policy server; an address is ws://HOST:PORT")
+    elif name not in BASELINES:
+        if not plugins.is_class_path(name) or name.rpartition(":")[2].isdigit():
+            connect(name)  # it says what is wrong
+        plugins.find_class(name, method="infer", error=PolicyError)

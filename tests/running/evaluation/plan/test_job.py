@@ -215,3 +215,25 @@ def test_digest_depends_on_robot_and_not_on_its_folder(tmp_path: Path) -> None:
         cell.write_text("cell: {robots: {post: {model: post.urdf, at: [0, 0, 0]}}}")
         digests.append(models_digest(load_trial(cell)))
     assert digests[0] == digests[1] != digests[2]
+
+
+def test_latencies_are_compared_as_variants_of_a_trial_and_run_with_their_seed(folder: Path) -> None:
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0)
+    latencies = ("60ms", "measured")
+    jobs = make_jobs([trial], "policy --policy hold", [7], vary=False, latencies=latencies)
+    assert [each.name for each in jobs] == ["one latency_ms=60 seed 7", "one latency_ms=measured seed 7"]
+    assert [each.overrides for each in jobs] == [{"latency_ms": "60"}, {"latency_ms": "measured"}]
+    assert jobs[0].program == "policy --policy hold --latency 60ms --policy-seed 7"
+    assert jobs[0].command.endswith("--policy hold --latency 60ms --seed 7")
+    assert len({each.key for each in jobs}) == 2
+
+
+def test_program_and_map_of_a_policy_are_part_of_its_digest(folder: Path) -> None:
+    (folder / "map.yaml").write_text("a: 1")
+    words = "policy --policy robot.py:Robot --policy-map map.yaml"
+    digests = [agent_digest(words)]
+    (folder / "map.yaml").write_text("a: 2")
+    digests.append(agent_digest(words))
+    (folder / "robot.py").write_text("class Robot: pass")
+    digests.append(agent_digest(words))
+    assert len(set(digests)) == 3

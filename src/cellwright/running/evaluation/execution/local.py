@@ -167,7 +167,7 @@ class LocalRunner(Runner):
         log = self._beside(LOGS, job.log_name)
         record = str(self._record_of(job)) if self._options.records or job.verify else ""
         order = replace(
-            self._order(job.agent),
+            self._order(job.program),
             files=[str(file) for file in job.trial.files],
             seed=job.seed,
             vary=job.vary,

@@ -8,21 +8,27 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from cellwright._package import FOLDER
 from cellwright.clients.agents.agent import BUNDLED
+from cellwright.clients.policies.latency import Latency
+from cellwright.clients.policies.spec import PolicySpec, is_policy
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation.plan.imports import imported_files, module_files
 from cellwright.running.run import versions
+from cellwright.util.plugins import is_class_path
 
 MEBIBYTE = 1 << 20
 _MAX_NAME = 60  # letters of a trial's name in a file name, which Windows wants to be short
 
 _KEY_LENGTH = 24
+LATENCY = "latency_ms"
+"""Name of a compared latency among the overrides of a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +83,7 @@ class Job:
         key: digest of all that the result depends on, and of what protects it.
         over: `socket` for a program in a process of its own; empty for one in the referee's.
         verify: whether its commands are played once more, in a process without the program.
+        latency: latency of its policy, where an evaluation compares several; empty otherwise.
     """
 
     trial: EvaluatedTrial
@@ -86,6 +93,21 @@ class Job:
     key: str
     over: str = ""
     verify: bool = False
+    latency: str = ""
+
+    @property
+    def program(self) -> str:
+        """Name of the agent of its run, as `find_agent` takes it: that of a policy has its latency and its seed."""
+        if not is_policy(self.agent):
+            return self.agent
+        spec = PolicySpec.read(self.agent)
+        return replace(spec, latency=self.latency or spec.latency, seed=self.seed).words
+
+    @property
+    def overrides(self) -> dict[str, str]:
+        """Values that distinguish it from runs of the same trial, by key: of the trial's files, and the latency."""
+        found = {each.key: each.value for each in self.trial.overrides}
+        return found | ({LATENCY: latency_value(self.latency)} if self.latency else {})
 
     @property
     def name(self) -> str:
@@ -99,7 +121,10 @@ class Job:
         more = ["--vary"] if self.vary else []
         more += [word for each in self.trial.overrides for word in ("--set", str(each))]
         more += ["--over", self.over, "--lockstep"] if self.over else []
-        words = ["cellwright", "run", joined_name(files), "--agent", self.agent, "--seed", str(self.seed), *more]
+        agent = ["--agent", self.agent]
+        if is_policy(self.agent):
+            agent = shlex.split(replace(PolicySpec.read(self.program), seed=0).words)[1:]
+        words = ["cellwright", "run", joined_name(files), *agent, "--seed", str(self.seed), *more]
         return shlex.join(words)
 
     @property
@@ -124,17 +149,31 @@ def make_jobs(
     vary: bool,
     over: str = "",
     verify: bool = False,
+    latencies: Sequence[str] = ("",),
 ) -> list[Job]:
-    """Return a job for every trial with every seed; `over` and `verify` as for `Job`."""
+    """Return a job for every trial with every latency and seed; `over` and `verify` as for `Job`."""
     program = agent_digest(agent)
     jobs: dict[str, Job] = {}
-    for trial in trials:
+    for trial, latency in product(trials, latencies):
         facts = key_facts(trial, program)
         facts |= ({"over": over} if over else {}) | ({"verify": True} if verify else {})
+        facts |= {"latency": latency} if latency else {}
+        swept = trial if not latency else replace(trial, name=f"{trial.name} {LATENCY}={latency_value(latency)}")
         for seed in seeds:
             key = _key(facts, seed, vary=vary)
-            jobs.setdefault(key, Job(trial, agent, seed, vary, key, over, verify))
+            jobs.setdefault(key, Job(swept, agent, seed, vary, key, over, verify, latency))
     return list(jobs.values())
+
+
+def latency_value(latency: str) -> str:
+    """Return a latency for reports: the milliseconds of a fixed one, so that a sweep can be drawn; else its text.
+
+    Example:
+        >>> latency_value("0.12s"), latency_value("measured")
+        ('120', 'measured')
+    """
+    source = Latency.read(latency)
+    return f"{float(source.times[0]) * 1000:g}" if source.kind == "fixed" else latency
 
 
 def key_facts(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
@@ -198,9 +237,19 @@ def agent_digest(agent: str) -> str:
     The program is its file with all that it imports from the folder or package. If it computes what it imports, these
     are all Python files beside it, or the whole package.
     """
+    if is_policy(agent):
+        return _policy_digest(agent)
     installed = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # agents of other packages
     place = BUNDLED.get(agent, installed.get(agent, agent)).rpartition(":")[0]
     return f"{agent} {_sources_digest(_sources(place))}"
+
+
+def _policy_digest(words: str) -> str:
+    """Return the digest of a policy's words, its files and its program; what runs behind an address is not known."""
+    spec = PolicySpec.read(words)
+    texts = [hashlib.sha256(file.read_bytes()).hexdigest() for file in spec.files]
+    place = spec.policy.rpartition(":")[0] if is_class_path(spec.policy) and "://" not in spec.policy else ""
+    return " ".join([words, *texts, *([_sources_digest(_sources(place))] if place else [])])
 
 
 def _sources(place: str) -> list[Path]:

@@ -141,7 +141,7 @@ class Result:
             best=job.trial.best,
             limits=asdict(limits),
             command=job.command,
-            overrides={each.key: each.value for each in job.trial.overrides},
+            overrides=job.overrides,
             over=job.over,
             **content,
         )
