@@ -30,6 +30,7 @@ many = settings(
     phases=[Phase.reuse, Phase.generate, *([Phase.shrink] if SCENES > 50 else [])],  # it takes minutes
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
 )
+# Their scenes are only two in the usual run, so the shares in which culling acts scatter more.
 few = settings(many, max_examples=max(2, SCENES // 10))
 
 ON_BIN_7 = Scene(0, 1.0, (("gear_part", Spot("bin7", 0.0, 0.0, 0.0003, 0.0, 0.0)),), (), (), 400)
@@ -115,7 +116,7 @@ def test_collision_culling_run_restored_in_memory_has_equal_hashes() -> None:
                     assert other.simulation.state_hash() == hashes[other.tick], (tick, other.tick)
 
     check()
-    assert_acting(acting, "snapshots", closed=0.3, gliding=0.1)
+    assert_acting(acting, "snapshots", closed=0.1, gliding=0.1)
 
 
 def test_collision_culling_run_restored_from_disk_has_equal_hashes() -> None:
@@ -141,7 +142,7 @@ def test_collision_culling_run_restored_from_disk_has_equal_hashes() -> None:
                         assert other.simulation.state_hash() == run.simulation.state_hash(), run.tick
 
     check()
-    assert_acting(acting, "checkpoints", closed=0.3, gliding=0.1)
+    assert_acting(acting, "checkpoints", closed=0.1, gliding=0.1)
 
 
 @pytest.mark.parametrize("watch", WATCHERS)

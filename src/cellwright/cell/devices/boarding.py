@@ -55,17 +55,16 @@ class Boarding:
             return []
         bodies = movers.bodies[rows]
         steady = self._find_steady(data, bodies)
+        is_candidate = np.logical_or.reduce([movers.carriers[rows] >= 0, *steady.values()])
+        if not is_candidate.any():
+            return []
         is_pushed = data.xfrc_applied[bodies].any(axis=1)
         carriers = movers.carriers.copy()
         carriers[rows[is_pushed]] = -1
-        is_steady = np.logical_or.reduce([carriers[rows] >= 0, *steady.values()])
-        candidates = rows[is_steady & ~is_pushed].tolist()
-        if not candidates:
-            return []
         model, last = last_step
         touching = model.geom_bodyid[last.contact.geom[: last.ncon]]
         overlapping = self._overlaps.bodies
-        for row in candidates:
+        for row in rows[is_candidate & ~is_pushed].tolist():
             body, weld = int(movers.bodies[row]), int(carriers[row])
             others = touching[(touching == body).any(axis=1)]
             belts = (belt for belt, mask in steady.items() if mask[row - movers.links] and belt in others)

@@ -175,7 +175,7 @@ class CollisionCulling(Device):
 
     def _is_faster(self) -> bool:
         """Return whether a point may move faster than the last check assumed."""
-        movers = self._find_movers()
+        movers = self._movers or self._find_movers()
         change = self._velocities.take(movers.dofs)
         change -= self._reference
         np.abs(change, out=change)

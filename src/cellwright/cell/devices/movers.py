@@ -89,6 +89,8 @@ class Movers:
     def __post_init__(self) -> None:
         to = self._scratch = _Scratch(self.free, self.opposite, len(self.bodies))
         self.sides, self.opposite, self.speeds, self.left = to.sides, to.opposite, to.speeds, to.left
+        self._related = [(kin.rows * to.times.shape[1] + column, kin) for column, kin in self.kin.items()]
+        """The table's places, counted row by row, of links that move relative to a part that they hold."""
 
     def watch(self, is_open: Mask) -> None:
         """Leave open groups out of `watched`; `is_open` is for each column of a group."""
@@ -124,11 +126,11 @@ class Movers:
         np.maximum.reduce(to.all_sums, axis=0, out=to.all_left)
         if self.ends.exist:
             self.ends.gaps(to.sides_carried, to.to_end)
-        near = [kin.times(to.left[kin.rows, column], velocities) for column, kin in self.kin.items()]
+        near = [kin.times(to.all_left.take(places), velocities) for places, kin in self._related]
         np.subtract(to.left, MARGIN, out=to.left)
         np.divide(to.left, to.closing, out=to.times)
-        for times, (column, kin) in zip(near, self.kin.items(), strict=True):
-            to.times[kin.rows, column] = times
+        for times, (places, _) in zip(near, self._related, strict=True):
+            to.all_times[places] = times
         return to.times
 
     def until_watched(self, times: Vectors, longest: float) -> float:
@@ -168,15 +170,14 @@ class _Scratch:
         self.sides, self.opposite = self.rows[:6, :, 0], self.columns[:6, 1]
         self.opposite[:] = opposite
         self.corners, facing = self.sides.reshape(2, 3, rows), self.opposite.reshape(2, 3, columns)[::-1]
-        self.sides_carried, self.carried, self.facing = (
-            self.sides[:, free:],
-            self.corners[:, :, free:],
-            facing[:, :, first:],
-        )
+        self.sides_carried, self.carried = self.sides[:, free:], self.corners[:, :, free:]
+        self.facing = facing[:, :, first:]
         self.joints, self.speeds = np.empty(rows), self.rows[6, :, 0]
         self.columns[6, 1] = 0.0
         self.speeds_carried, self.approaching = self.speeds[free:], self.columns[6, 1, first:]
         self.all_sums, self.closing = self.sums[:6].reshape(6, rows * columns), self.sums[6]
         self.left, self.times, self.watched = np.empty((3, rows, columns))
-        self.all_left, self.all_watched = self.left.reshape(-1), self.watched.reshape(-1)
+        self.all_left, self.all_times, self.all_watched = (
+            each.reshape(-1) for each in (self.left, self.times, self.watched)
+        )
         self.to_end = self.left[free:, first - 1]
