@@ -98,7 +98,8 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
     if favoured is None:
         return tuple([Joints(rail, *angles) for angles in ur_postures(LENGTHS, shoulder_T_wrist_3, rail=rail)])
     postures = ur_postures(LENGTHS, shoulder_T_wrist_3, favoured.wrist_3, rail=rail)
-    return tuple([Joints(rail, *turned_near(angles, favoured[1:])) for angles in postures])
+    near_angles = favoured[1:]
+    return tuple([Joints(rail, *turned_near(angles, near_angles)) for angles in postures])
 
 
 def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:

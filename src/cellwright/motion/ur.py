@@ -113,6 +113,7 @@ def ur_postures(
     min_excess = math.inf
     for pan in _pan_angles(ur.d4, wrist_3, rail):
         outward = wrist_3[0] * math.cos(pan) + wrist_3[1] * math.sin(pan)
+        first = principal(pan)
         for plane, wrist_2, wrist_3_angle in _wrist_solutions(ur, _turned_back(pan, rows), outward, up, free_wrist_3):
             # Wrist 1 is d5 behind the origin of wrist 3, along the hand's direction in the plane.
             x, z = outward - d5 * math.sin(plane), up - d5 * math.cos(plane)
@@ -124,18 +125,12 @@ def ur_postures(
             # The triangle of upper arm a2, forearm a3 and the line r from shoulder to wrist 1: by the law of cosines
             # r^2 = a2^2 + a3^2 + 2 a2 a3 cos(elbow). Elbow up and elbow down are mirror images about that line.
             bend = math.acos(max(-1.0, min(1.0, (distance**2 - a2**2 - a3**2) / (2 * a2 * a3))))
+            to_wrist_1, last = math.atan2(-z, x), (principal(wrist_2), principal(wrist_3_angle))
             for elbow in (bend, -bend):
                 # A larger lift lowers the upper arm, hence -z; the second term is the angle from r to the upper arm.
                 # The angles of the three parallel joints sum up to the plane angle, half a turn apart at zero.
-                lift = math.atan2(-z, x) - math.atan2(a3 * math.sin(elbow), a2 + a3 * math.cos(elbow))
-                angles = (
-                    principal(pan),
-                    principal(lift),
-                    principal(elbow),
-                    principal(plane - math.pi - lift - elbow),
-                    principal(wrist_2),
-                    principal(wrist_3_angle),
-                )
+                lift = to_wrist_1 - math.atan2(a3 * math.sin(elbow), a2 + a3 * math.cos(elbow))
+                angles = (first, principal(lift), elbow, principal(plane - math.pi - lift - elbow), *last)
                 if not _is_among(angles, found):
                     found.append(angles)
     if not found:

@@ -131,6 +131,19 @@ class Rays:
             distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
         return distances
 
+    def first(self, simulation: Simulation) -> float:
+        """Return the length of the first ray from the source [m]; `inf` if nothing stops it.
+
+        It is that of `cast`, bit for bit. For one ray the selection by balls costs more than the engine's own search.
+        """
+        direction = self._directions[0]
+        distance = mujoco.mj_ray(
+            simulation.model, simulation.data, self._source, direction, _SOLID_GROUP_MASK, True, -1, None
+        )
+        if 0.0 <= distance < self.nearest:
+            return self._beyond_nearest(simulation, direction)
+        return float(distance) if 0.0 <= distance <= self.farthest else math.inf
+
     def _near(self) -> NDArray[np.intp]:
         """Return the indices of the rays that pass through a ball around a movable object, in ascending order."""
         # first, and mostly sufficient: objects near the box around all rays; arrays of one shape are fastest
@@ -250,7 +263,7 @@ class BreakBeam(RangeSensor[BeamReading]):
 
     def measure(self, index: int) -> BeamReading:
         """Measure whether the beam is interrupted now."""
-        distance = float(self._rays.cast(self.simulation)[0])
+        distance = self._rays.first(self.simulation)
         if math.isfinite(distance):
             noisy = distance + RANGE_SD * float(self.normal(index, 1)[0])
             distance = min(max(noisy, 0.0), self.farthest)

@@ -144,11 +144,13 @@ def test_bundle_detects_moving_among_fixed_geoms(
     directions = ray_fan(np.linspace(-0.6, 0.6, 9), np.linspace(-0.2, 0.2, 3))
     rays = Rays(pose, directions, nearest=nearest, farthest=farthest)
     assert rays.cast(simulation).tolist() == cast_plainly(rays, pose, directions, simulation)
+    assert rays.first(simulation) == rays.cast(simulation)[0]
     for number in range(len(movable)):
         simulation.data.qpos[7 * number : 7 * number + 3] = moved[number]
     simulation.touch()
     simulation.refresh()
     assert rays.cast(simulation).tolist() == cast_plainly(rays, pose, directions, simulation)
+    assert rays.first(simulation) == rays.cast(simulation)[0]
 
 
 def test_only_rays_near_moving_geoms_are_cast_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -215,7 +215,8 @@ def faces_station(joints: Joints, pan: float) -> bool:
 
 def closest(postures: Sequence[Joints], near: Sequence[float]) -> Joints:
     """Return the posture nearest to joint positions, wrist 3 and the rail disregarded."""
-    return min(postures, key=lambda each: math.dist(each[1:6], near[1:6]))
+    place = near[1:6]
+    return min(postures, key=lambda each: math.dist(each[1:6], place))
 
 
 def station_pan(x: float, y: float, rail: float) -> float:
