@@ -71,9 +71,9 @@ class Start:
         """
         if self.joints and not written.has_arm:
             raise UsageError(f"joints: trial {written.name} has no arm; leave them out")
-        trial, joints = written, {**_joints_of_task(written, self.seed), **self.joints}
-        if joints:
-            trial = replace(trial, initial_joint_states={**trial.initial_joint_states, **joints})
+        trial = _begun(written, self.seed)
+        if self.joints:
+            trial = replace(trial, initial_joint_states={**trial.initial_joint_states, **self.joints})
         if self.bounds is None:
             return trial
         if trial.circumstances.seed is not None:
@@ -106,19 +106,20 @@ class CellSnapshot:
         return self.state.time / NANOSECONDS
 
 
-def _joints_of_task(trial: Trial, seed: int) -> dict[str, float]:
-    """Return the positions of arm joints in which a task begins [rad; m], within their limits."""
-    if trial.task is None:
-        return {}
-    begin, limits, found = trial.task.start, trial.joints, dict(trial.task.start.joints)
-    if begin.jitter:
-        chance, written = generator(seed, "task/start"), {**trial.initial_joint_states, **begin.joints}
-        for arm in trial.arms:
-            for name, usual in home_of(arm, joints_of(arm, trial.arm_models)).items():
-                key = arm.start_prefix + name
-                position = written.get(key, usual) + begin.jitter * float(chance.uniform(-1.0, 1.0))
-                found[key] = min(max(position, limits[key].lower), limits[key].upper)
-    return found
+def _begun(trial: Trial, seed: int) -> Trial:
+    """Return the trial with the posture of its task's start, of which nothing is left to draw."""
+    if trial.task is None or not (trial.task.start.joints or trial.task.start.jitter):
+        return trial
+    begin, limits = trial.task.start, trial.joints
+    found = {**trial.initial_joint_states, **begin.joints}
+    chance = generator(seed, "task/start")
+    for arm in trial.arms if begin.jitter else ():
+        for name, usual in home_of(arm, joints_of(arm, trial.arm_models)).items():
+            key = arm.start_prefix + name
+            position = found.get(key, usual) + begin.jitter * float(chance.uniform(-1.0, 1.0))
+            found[key] = min(max(position, limits[key].lower), limits[key].upper)
+    task = replace(trial.task, start=replace(begin, joints={}, jitter=0.0))
+    return replace(trial, initial_joint_states=found, task=task)
 
 
 def _checked_seed(seed: int) -> int:

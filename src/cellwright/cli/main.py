@@ -76,6 +76,8 @@ def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | Non
 
     if result.outcome is Outcome.NO_ORDER:
         return INCONCLUSIVE
+    if result.success is False:
+        return NOT_DONE
     if min_score is not None and result.score.total < min_score:
         return NOT_DONE
     is_done = result.outcome is Outcome.DONE or (result.outcome is Outcome.UNTIL and not has_agent)

@@ -203,6 +203,8 @@ def result_document(
         "exit_status": status,
         "error": result.error,
         "competition_state": result.competition_state,
+        "success": result.success,
+        "succeeded_at": result.succeeded_at,
         "simulated": result.simulated,
         "wall": result.wall,
         "real_time_factor": result.real_time_factor,
@@ -250,6 +252,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
     known = list(versions().items())
     lines = [
         ("outcome", str(result.outcome)),
+        ("task", _task(result)),
         ("score", f"{evidence.total:g} of {evidence.attainable.maximum:g} points"),
         (
             "reachable",
@@ -272,6 +275,13 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
     for name, text in lines:
         if text:
             print_entry(console, name, text)
+
+
+def _task(result: RunResult) -> str:
+    """Return whether the task has succeeded, in words; empty without one."""
+    if result.succeeded_at is not None:
+        return f"succeeded at {result.succeeded_at:.2f} s"
+    return "" if result.success is None else "not done"
 
 
 def kit_table(kit: KitEvidence) -> FittedTable:

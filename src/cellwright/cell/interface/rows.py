@@ -152,8 +152,8 @@ TRIAL = (
           "Shapes of the arm's links and of what they must not hit, but for parts, as a JSON object in `message`.",
           handler="solids"),
     accepts(SERVICE, "/cellwright/layout", "std_srvs/Trigger", ALWAYS,
-          "Places of bins, belts, trays, AGVs and arms, the arms' chains of joints, and what can be commanded, as a "
-          "JSON object in `message`.",
+          "Places of bins, belts, trays, AGVs and arms, the arms' chains of joints, what can be commanded, and the "
+          "task's sentence, as a JSON object in `message`.",
           handler="layout"),
 )
 

@@ -1,12 +1,16 @@
 """Monitor of a cell's task: whether it has succeeded, and its reward."""
 
-from __future__ import annotations
+from collections.abc import Callable
+from fractions import Fraction
 
 from cellwright.cell.tasks.conditions import holds, potential
 from cellwright.cell.tasks.view import TaskView
 from cellwright.config.trial.task import Task
-from cellwright.engine.clock import nanoseconds
+from cellwright.engine.clock import PeriodicCallback, nanoseconds
 from cellwright.engine.device import Device, State
+
+PERIOD = Fraction(1, 50)
+"""Time between two looks of a run [s]."""
 
 
 class TaskMonitor(Device):
@@ -69,6 +73,19 @@ class TaskMonitor(Device):
         if self.success:
             return 1.0
         return self.potential() if self.task.reward == "shaped" else 0.0
+
+    def watch(self, on_success: Callable[[], None] = lambda: None) -> PeriodicCallback:
+        """Look each `PERIOD` from now on; `on_success` is called at each look that sees a success.
+
+        Returns:
+            The watch, to cancel it.
+        """
+
+        def look(_number: int) -> None:
+            if self.success:
+                on_success()
+
+        return self.simulation.watch("task", PERIOD, look)
 
     def get_record(self) -> State:
         """Return since when the conditions hold, and the first success [ns]; empty before."""

@@ -176,6 +176,8 @@ def verdict_document(verdict: VerificationResult, others: list[str]) -> dict[str
         "bodies": list(verdict.bodies),
         "points": verdict.points,
         "recorded_points": None if verdict.points is None else verdict.recorded_points,
+        "success": verdict.success,
+        "recorded_success": None if verdict.success is None else verdict.recorded_success,
         "error": verdict.fault,
         "begun": _moment(verdict.begun),
         "reached": _moment(verdict.reached),
@@ -212,6 +214,10 @@ def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
                 lines.append(("points", f"{verdict.points:g} by the commands, but {recorded}"))
             if verdict.policy:
                 lines.append(("policy", verdict.policy))
+            if verdict.has_other_success:
+                words = "succeeded", "not done"
+                here, there = words if verdict.success else words[::-1]
+                lines.append(("task", f"{here} by the commands, but {there} in the recording"))
             if verdict.fault:
                 lines.append(("error", verdict.fault))
     length = seconds(verdict.reached.time - verdict.begun.time)

@@ -80,7 +80,7 @@ def run(context: typer.Context, given: RunArguments) -> None:
 
     Exit status: 0 done; 1 not done, or a requested file is incomplete; 2 bad input, and nothing was started; 3 the
     trial has no order. Not done are runs that end by a time limit, by --until before the agent, by a signal, by an
-    agent that gave up or crashed, or below --min-score.
+    agent that gave up or crashed, or below --min-score. A trial's task must succeed.
     """
     options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
     with ExitStack() as leaving:

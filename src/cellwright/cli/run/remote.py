@@ -53,7 +53,9 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     score = document["score"]["total"]
     enough = min_score is None or score >= min_score
     ended_well = ending.parting in (ExitReason.RETURNED, ExitReason.RUN_ENDED)
-    status = DONE if document["competition_state"] == "done" and ended_well and enough else NOT_DONE
+    success = document["success"]
+    is_done = document["competition_state"] == "done" if success is None else success
+    status = DONE if is_done and ended_well and enough else NOT_DONE
     if as_json:
         typer.echo(json.dumps(document | {"agent": agent, "error": ending.error, "exit_status": status}, indent=2))
     else:

@@ -105,6 +105,8 @@ class VerificationResult:
         recorded_points: points in the recording.
         policy: first request to a policy that is not as its rules make it, in words; empty if there is none.
         requests: number of requests to a policy.
+        success: whether the commands make the task succeed; None if the recording has none to compare with.
+        recorded_success: whether it succeeded in the recording.
         wall: wall time [s].
         fault: error that ended the run early; empty if there was none.
     """
@@ -122,6 +124,8 @@ class VerificationResult:
     recorded_points: float = 0.0
     policy: str = ""
     requests: int = 0
+    success: bool | None = None
+    recorded_success: bool = False
     wall: float = 0.0
     fault: str = ""
 
@@ -129,7 +133,7 @@ class VerificationResult:
     def answer(self) -> Answer:
         """Overall result."""
         differs = self.different is not None or self.moved is not None or self.has_other_points
-        if differs or self.fault or self.policy:
+        if differs or self.has_other_success or self.fault or self.policy:
             return Answer.DIFFERENT
         return Answer.EQUAL if self.hashes else Answer.UNKNOWN
 
@@ -137,6 +141,11 @@ class VerificationResult:
     def has_other_points(self) -> bool:
         """True if the commands earn other points than the recording says."""
         return self.points is not None and not abs(self.points - self.recorded_points) <= _POINT_TOLERANCE  # of NaN too
+
+    @property
+    def has_other_success(self) -> bool:
+        """True if the commands make the task succeed, but not in the recording, or the reverse."""
+        return self.success is not None and self.success is not self.recorded_success
 
     @property
     def first_difference(self) -> TickTime | None:
@@ -179,6 +188,8 @@ def verify(
     def now() -> TickTime:
         return TickTime(simulation.clock.tick, simulation.now)
 
+    task = rebuilt.served.task if isinstance(rebuilt.served, Cell) else None
+    watch = None if task is None else task.watch()
     begun, verdict = time.perf_counter(), VerificationResult(now(), now())
     try:
         for step in steps:
@@ -209,10 +220,14 @@ def verify(
     except SimulationError as error:
         verdict.fault = str(error)
     verdict.policy, verdict.requests = check.fault, check.requests
-    recorded = (result or {}).get("score")
+    if watch is not None:
+        watch.cancel()
+    recorded, succeeded = (result or {}).get("score"), (result or {}).get("success")
     is_whole = verdict.different is None and not verdict.fault
     if is_whole and isinstance(rebuilt.served, Cell) and isinstance(recorded, int | float):
         verdict.points, verdict.recorded_points = rebuilt.served.competition.score().total, recorded
+    if is_whole and task is not None and isinstance(succeeded, bool):
+        verdict.success, verdict.recorded_success = task.succeeded_at is not None, succeeded
     verdict.reached, verdict.wall = now(), time.perf_counter() - begun
     return verdict
 

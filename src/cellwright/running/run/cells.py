@@ -22,7 +22,7 @@ from cellwright.config.layout.robots import CellRobot
 from cellwright.config.parsing.sources import Sources
 from cellwright.config.robot.model import JointType
 from cellwright.config.trial.trial import Trial
-from cellwright.engine.clock import NEVER, nanoseconds
+from cellwright.engine.clock import NEVER, nanoseconds, seconds
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunEvents
 from cellwright.rendering.views import OVERVIEW, camera_of
@@ -125,6 +125,9 @@ class CellTarget(Target):
             run.callback(cell.simulation.watch("progress", Fraction(1, 10), lambda _: on_progress(cell)).cancel)
         if options.ends_when_done:
             self._watch_for_the_end(run)
+        if cell.task is not None:
+            ends = partial(self._stop_now, "the task has succeeded") if options.ends_when_done else _go_on
+            run.callback(cell.task.watch(ends).cancel)
         self._cell_panel.restart()
         if self._control is not None:
             self._control.over = ""
@@ -151,6 +154,9 @@ class CellTarget(Target):
         subscribe(cell.competition.on_effect, watch, run)
         if cell.competition.state == "done":  # the checkpoint was in this state
             end_soon()
+
+    def _stop_now(self, reason: str) -> None:
+        self._stop.limit(self.node.simulation.now, reason)
 
     def _listen(self, options: RunOptions, run: ExitStack) -> None:
         cell, heard = self.node, Counter[str]()
@@ -186,13 +192,16 @@ class CellTarget(Target):
 
     def judged(self, measured: SessionResult) -> RunResult:
         """Return the result of the run so far: its figures, and the score."""
-        competition = self.node.competition
+        competition, task = self.node.competition, self.node.task
+        succeeded_at = None if task is None or task.succeeded_at is None else seconds(task.succeeded_at)
         return RunResult(
             **{**vars(measured), "outcome": Outcome(measured.outcome)},
             competition_state=competition.state,
             score=competition.score(),
             evidence=competition.evidence(),
             heard=dict(self._heard),
+            success=None if task is None else succeeded_at is not None,
+            succeeded_at=succeeded_at,
         )
 
     def end(self, result: SessionResult, *, restarts: bool) -> RunResult:
@@ -316,6 +325,10 @@ def _about(robot: CellRobot, trial: Trial) -> dict[str, Any]:
     driven = trial.robot_models[robot.name].robot.driven
     sliding = [joint.name for joint in driven if joint.type is JointType.PRISMATIC]
     return {"namespace": robot.namespace, "sliding": sliding}
+
+
+def _go_on() -> None:
+    """Do nothing at a success: the run ends by other means."""
 
 
 def _count(heard: Counter[str], name: str, _message: object) -> None:

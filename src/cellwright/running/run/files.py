@@ -116,7 +116,9 @@ class RunFiles:
         with referee.events(log, {"time": simulation.time}):
             yield
             result = cell_result(self.result)
-            facts = result.facts("competition_state", "state_hash", "error", "simulated", "wall", "steps")
+            facts = result.facts(
+                "competition_state", "state_hash", "error", "simulated", "wall", "steps", *result.of_task
+            )
             log.end(result.word, result.evidence, simulation.now, facts)
             log.lines.close()
         self._add(is_whole=log.lines.is_whole)
@@ -171,7 +173,7 @@ class RunFiles:
             recorder.on_begin = begin
             yield
             result = cell_result(self.result)
-            facts = result.facts("competition_state", "state_hash", "error", "simulated", "steps")
+            facts = result.facts("competition_state", "state_hash", "error", "simulated", "steps", *result.of_task)
             events.end(result.word, result.evidence, self.target.node.simulation.now, facts)
 
 

@@ -104,6 +104,8 @@ class RunResult(SessionResult):
         heard: number of messages of each topic that was listened to.
         collisions: collisions of the links of arms and robots.
         nearest_arms: smallest distance between two arms or robots; None with one of them.
+        success: True if the task has succeeded; None in a trial without a task.
+        succeeded_at: simulation time of its first success [s]; None without one.
     """
 
     outcome: Outcome
@@ -113,6 +115,8 @@ class RunResult(SessionResult):
     heard: Mapping[str, int] = field(default_factory=dict)
     collisions: tuple[Collision, ...] = ()
     nearest_arms: Approach | None = None
+    success: bool | None = None
+    succeeded_at: float | None = None
 
     @property
     def word(self) -> str:
@@ -122,7 +126,12 @@ class RunResult(SessionResult):
     def recorded(self) -> dict[str, Any]:
         """Return the result for a recording."""
         facts = {"outcome": self.word, "score": self.score.total, "wall": self.wall}
-        return facts | self.facts("competition_state", "state_hash", "error", "simulated", "steps")
+        return facts | self.facts("competition_state", "state_hash", "error", "simulated", "steps", *self.of_task)
+
+    @property
+    def of_task(self) -> tuple[str, ...]:
+        """Names of the attributes on the task; none in a trial without one."""
+        return () if self.success is None else ("success", "succeeded_at")
 
     def facts(self, *names: str) -> dict[str, Any]:
         """Return the attributes of these names."""
@@ -136,13 +145,15 @@ def cell_result(result: SessionResult | None) -> RunResult:
 
 
 def final_outcome(cell: Cell, *, otherwise: Outcome) -> Outcome:
-    """Return the outcome of a run that came to its end: that of the competition, or `otherwise`.
+    """Return the outcome of a run that came to its end: that of its task or of the competition, or `otherwise`.
 
-    A competition without an order ends at once, and shows nothing.
+    A competition without an order ends at once, and shows nothing, unless there is a task.
     """
+    if cell.task is not None and cell.task.succeeded_at is not None:
+        return Outcome.DONE
     if cell.competition.state != "done":
         return otherwise
-    if not cell.trial.orders:
+    if not cell.trial.orders and cell.task is None:
         return Outcome.NO_ORDER
     return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
