@@ -28,6 +28,7 @@ PAGES = [
     "docs/trials.md",
     "docs/own-models.md",
     "docs/plugins.md",
+    "docs/policy-servers.md",
     "docs/recording.md",
     "docs/replay.md",
     "docs/score.md",

@@ -16,8 +16,9 @@ from websockets.sync.server import ServerConnection
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.array_forms import LEBEDOV, MAX_BYTES, OPENPI
 from cellwright.clients.policies.codec import pack, unpack
-from cellwright.clients.policies.openpi import KEY_VARIABLE, OpenpiPolicy
+from cellwright.clients.policies.openpi import OpenpiPolicy
 from cellwright.clients.policies.policy import Policy, PolicyAnswerError, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.sockets import KEY_VARIABLE, TIMEOUT
 from tests.support.policy_servers import Infer, openpi, websocket_server
 from tests.support.ports import free_port
 from tests.support.waiting import wait_until
@@ -186,9 +187,11 @@ def test_late_answer_is_dropped_with_its_connection() -> None:
             end.wait()
         return {"actions": [[float(observation["number"])]]}
 
-    with policy_at(infer, timeout=SHORT) as policy:
+    with policy_at(infer) as policy:
+        policy.timeout = SHORT
         with pytest.raises(PolicyConnectionError, match=r"no answer within 0.3 s; give it more time"):
             policy.infer({"number": 1})
+        policy.timeout = TIMEOUT
         policy.reset(1, "")
         end.set()
         assert policy.infer({"number": 2}).actions.tolist() == [[2.0]]
@@ -203,7 +206,8 @@ def test_server_that_does_not_read_is_late() -> None:
             end.wait()
 
     with websocket_server(handle) as address:
-        with closing(OpenpiPolicy(address, timeout=SHORT)) as policy:
+        with closing(OpenpiPolicy(address)) as policy:
+            policy.timeout = SHORT
             large = {"picture": np.zeros((40, 1000, 1000), np.uint8)}
             with pytest.raises(PolicyConnectionError, match=r"no answer within 0.3 s"):
                 policy.infer(large)

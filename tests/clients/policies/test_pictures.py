@@ -1,9 +1,24 @@
 """Pictures fitted as OpenPI's client fits them: sizes, borders, and the greys of Pillow's bilinear filter."""
 
+import hashlib
+from typing import Any
+
 import numpy as np
 import pytest
 
 from cellwright.clients.policies.pictures import fitted
+from tests.conftest import load_cases
+
+
+@pytest.mark.parametrize("case", load_cases("resized_pictures_cases.json"), ids=lambda case: case["name"])
+def test_picture_is_that_of_the_reference(case: dict[str, Any]) -> None:
+    (width, height), (wanted_width, wanted_height) = case["size"], case["wanted"]
+    row, column, channel = np.mgrid[0:height, 0:width, 0:3]
+    source = ((column * column // 7 + 13 * row + column * row // 5 + 50 * channel) % 256).astype(np.uint8)
+    found = fitted(source, (wanted_width, wanted_height))
+    if "pixels" in case:
+        assert found.tolist() == case["pixels"]
+    assert hashlib.sha256(found.tobytes()).hexdigest() == case["sha256"]
 
 
 def test_picture_of_the_size_stays_as_it_is() -> None:

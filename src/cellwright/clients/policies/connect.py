@@ -1,18 +1,20 @@
 """Policies by their addresses."""
 
+from collections.abc import Callable, Mapping
 from typing import Final
-from urllib.parse import urlsplit
 
+from cellwright.clients.policies.act import ActPolicy
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.baselines import BASELINES
 from cellwright.clients.policies.callable_policy import CallablePolicy, policy_of_class
-from cellwright.clients.policies.openpi import TIMEOUT, OpenpiPolicy
+from cellwright.clients.policies.openpi import OpenpiPolicy
 from cellwright.clients.policies.policy import Policy, PolicyError
+from cellwright.clients.policies.sockets import TIMEOUT
 from cellwright.config.control import ControlSpace
 from cellwright.util import plugins
 from cellwright.util.errors import did_you_mean
 
-_FORMS: Final = "ws://HOST:PORT, path.py:Class, or one of hold and random"
+_FORMS: Final = "ws://HOST:PORT, http://HOST:PORT/act, tcp://HOST:PORT, path.py:Class, hold or random"
 
 
 def connect(
@@ -26,9 +28,10 @@ def connect(
     """Return the policy at an address; close it at the end.
 
     Args:
-        address: `ws://HOST:PORT` or `wss://…` of a server; `path.py:Class` or `module:Class` of a class here; or
-            a bundled policy, `hold` or `random`.
-        dialect: dialect of the server; None to tell it from the server's first frame.
+        address: of a server: `ws://HOST:PORT` or `wss://…` (OpenPI's websocket), `http://HOST:PORT/act` or `https://…`
+            (OpenVLA and its kin), or `tcp://HOST:PORT` (GR00T, with the extra `groot`). Or a class in this process,
+            `path.py:Class` or `module:Class`; or a bundled policy, `hold` or `random`.
+        dialect: dialect of the server; None for the usual one, or to tell it from a websocket's first frame.
         timeout: how long an answer may take [s].
         actions: what an answer must have.
         space: channels of the cell, which the bundled policies need.
@@ -51,9 +54,10 @@ def connect(
     if not timeout > 0.0:
         raise PolicyError(f"timeout: must be above 0 s (got {timeout:g})")
     if "://" in address:
-        if urlsplit(address).scheme not in ("ws", "wss"):
-            raise PolicyError(f"{address}: no scheme of a policy server; an address is {_FORMS}")
-        return OpenpiPolicy(address, dialect=dialect, timeout=timeout, actions=actions)
+        scheme = address.partition("://")[0].lower()
+        if scheme not in _WIRES:
+            raise PolicyError(f"{address}: no scheme of a policy server; a policy is {_FORMS}")
+        return _WIRES[scheme](address, dialect=dialect, timeout=timeout, actions=actions)
     if dialect is not None:
         raise PolicyError(f"dialect: only a server has one (got {dialect!r} for {address})")
     if address in BASELINES:
@@ -66,3 +70,20 @@ def connect(
     if not plugins.is_class_path(address):
         raise PolicyError(f"unknown policy {address!r}{did_you_mean(address, BASELINES)}; a policy is {_FORMS}")
     return policy_of_class(address, actions)
+
+
+def _groot(address: str, *, dialect: str | None, timeout: float, actions: ActionFormat) -> Policy:
+    if not plugins.is_installed("zmq"):
+        raise PolicyError(f"{address}: needs the package pyzmq; pip install 'cellwright[groot]'")
+    from cellwright.clients.policies.groot import GrootPolicy
+
+    return GrootPolicy(address, dialect=dialect, timeout=timeout, actions=actions)
+
+
+_WIRES: Final[Mapping[str, Callable[..., Policy]]] = {
+    "ws": OpenpiPolicy,
+    "wss": OpenpiPolicy,
+    "http": ActPolicy,
+    "https": ActPolicy,
+    "tcp": _groot,
+}

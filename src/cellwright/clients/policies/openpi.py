@@ -1,14 +1,10 @@
 """Policies behind OpenPI's websocket, and the servers that speak a dialect of it."""
 
 import hashlib
-import os
-import socket
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from threading import Timer
-from typing import Final
 
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.protocol import State
@@ -26,13 +22,8 @@ from cellwright.clients.policies.dialects import (
     reported_error,
 )
 from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.sockets import TIMEOUT, cut_after, late, policy_key, unreachable
 from cellwright.util.errors import MessageError, one_printable_line, printable
-
-KEY_VARIABLE: Final = "CELLWRIGHT_POLICY_KEY"
-"""Environment variable of the key that a server, or a proxy before it, asks for."""
-
-TIMEOUT: Final = 120.0
-"""How long an answer may take [s]: a first inference compiles for 30 to 90 s."""
 
 _CLOSE_TIMEOUT = 1.0  # [s]: a server that infers does not answer a close
 
@@ -50,6 +41,7 @@ class OpenpiPolicy:
         actions: what an answer must have.
 
     Attributes:
+        timeout: how long an answer may take [s].
         metadata: the server's first frame.
         dialect: the server's dialect: as set, or as its first frame shows.
 
@@ -71,7 +63,7 @@ class OpenpiPolicy:
         self._address = address
         self._set = None if dialect is None else named_dialect(dialect)
         self.dialect = self._set or DIALECTS["openpi"]
-        self._timeout = timeout
+        self.timeout = timeout
         self._wanted = self._actions = actions
         self._session = new_session()
         self._seed = 0
@@ -133,7 +125,7 @@ class OpenpiPolicy:
                 additional_headers=headers,
                 compression=None,
                 max_size=MAX_BYTES,
-                open_timeout=self._timeout,
+                open_timeout=self.timeout,
                 close_timeout=_CLOSE_TIMEOUT,
                 ping_interval=None,
                 proxy=None,
@@ -143,13 +135,12 @@ class OpenpiPolicy:
         except InvalidHandshake as error:
             reason = one_printable_line(str(error)[:300])
             raise PolicyConnectionError(f"{self._address}: no websocket answers there ({reason})") from None
+        except TimeoutError:
+            raise late(self._address, self.timeout) from None
         except (OSError, EOFError) as error:
-            reason = error.strerror or str(error) if isinstance(error, OSError) else str(error)
-            raise PolicyConnectionError(
-                f"{self._address}: cannot be reached ({reason}); start the policy server, or mend the address"
-            ) from None
+            raise unreachable(self._address, error) from None
         self._connection = connection
-        first = self._receive(connection, self._timeout)
+        first = self._receive(connection, self.timeout)
         if isinstance(first, str):
             self._drop()
             raise PolicyAnswerError(
@@ -190,14 +181,14 @@ class OpenpiPolicy:
             raise PolicyAnswerError(f"{self._address}: the server sent a frame that no request asked for")
         start = time.monotonic()
         try:
-            with _bounded(connection, self._timeout):
+            with cut_after(self.timeout, lambda: connection.socket):
                 connection.send(request)
         except (ConnectionClosed, OSError) as error:
             self._drop()
-            if time.monotonic() - start >= self._timeout:
-                raise self._late() from None
+            if time.monotonic() - start >= self.timeout:
+                raise late(self._address, self.timeout) from None
             raise self._lost(error) from None
-        raw = self._receive(connection, self._timeout - (time.monotonic() - start))
+        raw = self._receive(connection, self.timeout - (time.monotonic() - start))
         return raw, time.monotonic() - start
 
     def _waiting(self, connection: ClientConnection) -> bool:
@@ -216,15 +207,10 @@ class OpenpiPolicy:
             return connection.recv(timeout=max(timeout, 0.0))
         except TimeoutError:
             self._drop()  # its late answer would be taken for that of the next request
-            raise self._late() from None
+            raise late(self._address, self.timeout) from None
         except (ConnectionClosed, OSError) as error:
             self._drop()
             raise self._lost(error) from None
-
-    def _late(self) -> PolicyConnectionError:
-        return PolicyConnectionError(
-            f"{self._address}: no answer within {self._timeout:g} s; give it more time, or look at the server's log"
-        )
 
     def _lost(self, error: Exception) -> PolicyConnectionError:
         return PolicyConnectionError(f"{self._address}: the connection is lost ({_reason(error)})")
@@ -246,35 +232,6 @@ class OpenpiPolicy:
         if connection is not None:
             with suppress(OSError, ConnectionClosed):
                 connection.close()
-
-
-def policy_key() -> str | None:
-    """Return the key of `CELLWRIGHT_POLICY_KEY`; None without one.
-
-    Raises:
-        PolicyError: no header can hold it; the error does not show it.
-    """
-    key = os.environ.get(KEY_VARIABLE, "").strip()
-    if not (key.isascii() and key.isprintable()):
-        raise PolicyError(f"{KEY_VARIABLE}: the key must be printable ASCII in one line")
-    return key or None
-
-
-@contextmanager
-def _bounded(connection: ClientConnection, timeout: float) -> Iterator[None]:
-    """Break a connection whose peer does not read: sending has no bound of its own."""
-
-    def cut() -> None:
-        with suppress(OSError):
-            connection.socket.shutdown(socket.SHUT_RDWR)
-
-    timer = Timer(timeout, cut)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 def _reason(error: Exception) -> str:

@@ -1,0 +1,218 @@
+"""Policies of GR00T's servers, over ZeroMQ (Isaac-GR00T@38624df)."""
+
+import hashlib
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+import zmq
+
+from cellwright.clients.policies.actions import ActionFormat, server_time
+from cellwright.clients.policies.array_forms import MAX_BYTES, NPY
+from cellwright.clients.policies.codec import pack, unpack
+from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.sockets import TIMEOUT, check_listens, host_and_port, late, policy_key
+from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
+
+GROOT_DIALECTS: Final = ("groot", "groot-sim")
+"""Dialects: the policy itself; and behind its wrapper for simulators, with flat keys."""
+
+_PORT = 5555
+_SEEN = ("video", "state", "language")
+
+
+class GrootPolicy:
+    """A policy of GR00T: asked for its modalities when made, and for actions one observation at a time.
+
+    An observation has pictures as `video.NAME` (H, W, 3) uint8, numbers as `state.NAME` (D,), and text as
+    `language.NAME`; or the same in mappings `video`, `state` and `language`. The axes of batch and time are added here.
+
+    Args:
+        address: `tcp://HOST:PORT`; the port is 5555 if it is left out.
+        dialect: `groot` or `groot-sim`; None for the former.
+        timeout: how long an answer may take [s].
+        actions: what an answer must have; without keys they are those of the policy's modality `action`.
+
+    Attributes:
+        timeout: how long an answer may take [s].
+        metadata: the modalities, each with its `modality_keys` and `delta_indices`.
+
+    Raises:
+        PolicyError: an address that is none, or an unknown dialect.
+        PolicyConnectionError: no server listens, or answers in time.
+        PolicyAnswerError: it is no server of GR00T, or its policy wants earlier observations as well.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        dialect: str | None = None,
+        timeout: float = TIMEOUT,
+        actions: ActionFormat = ActionFormat(),  # noqa: B008 - frozen
+    ) -> None:
+        if dialect not in (None, *GROOT_DIALECTS):
+            known = f"{did_you_mean(dialect, GROOT_DIALECTS)} (known for tcp: {', '.join(GROOT_DIALECTS)})"
+            raise PolicyError(f"dialect: unknown {dialect!r}{known}")
+        host, port = host_and_port(address, _PORT)
+        self._address, self.timeout, self._actions = address, timeout, actions
+        self._flat = dialect == "groot-sim"
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket: zmq.Socket[bytes] | None = None
+        self._peer = f"tcp://{f'[{host}]' if ':' in host else host}:{port}"
+        self.metadata: Mapping[str, object] = {}
+        try:
+            check_listens(address, host, port, timeout)  # a socket of ZeroMQ waits for a server for ever
+            self._call("ping")
+            self._read_modalities(self._call("get_modality_config")[0])
+        except BaseException:
+            self.close()
+            raise
+
+    def reset(self, seed: int, sentence: str) -> None:  # noqa: ARG002 - the policy knows no seed
+        """Begin an episode; see `Policy.reset`."""
+        self._call("reset", {"options": None})
+
+    def infer(self, observation: Mapping[str, object]) -> Answer:
+        """Send an observation and return the answer; see `Policy.infer`."""
+        try:
+            sent = self._batched(observation)
+            packed = pack(sent, NPY)
+        except MessageError as error:
+            raise PolicyError(f"observation: {error}") from None
+        reply, raw, wall = self._call("get_action", {"observation": sent, "options": None})
+        with self._placed():
+            if not (isinstance(reply, list) and len(reply) == 2 and isinstance(reply[0], dict)):
+                raise PolicyAnswerError("an answer must be a pair of actions and info")
+            parts, info = reply
+            if self._flat:
+                parts = {key.removeprefix("action."): value for key, value in parts.items()}
+            actions = self._actions.read(parts)
+        return Answer(actions, raw, hashlib.sha256(packed).hexdigest(), wall, server_time(info), {"info": info})
+
+    def close(self) -> None:
+        """Close the connection; the server goes on."""
+        self._drop()
+        self._context.destroy(linger=0)
+
+    def _batched(self, observation: Mapping[str, object]) -> dict[str, object]:
+        """Return an observation as the server wants it, with the axes of batch and time."""
+        found: dict[str, dict[str, object]] = {each: {} for each in _SEEN}
+        for key, value in observation.items():
+            modality, _, name = key.partition(".")
+            values = {name: value} if name else value
+            if modality not in found or not isinstance(values, Mapping):
+                raise MessageError(f"{key}: a key must be video.NAME, state.NAME or language.NAME")
+            found[modality].update(values)
+        batched = {
+            modality: {name: self._with_axes(modality, name, value) for name, value in values.items()}
+            for modality, values in found.items()
+        }
+        if not self._flat:
+            return dict(batched)
+        flat = {f"{each}.{name}": value for each in ("video", "state") for name, value in batched[each].items()}
+        return flat | batched["language"]
+
+    def _with_axes(self, modality: str, name: str, value: object) -> object:
+        place = f"{modality}.{name}"
+        if modality == "language":
+            if not isinstance(value, str):
+                raise MessageError(f"{place}: it must be text (got {type(value).__name__})")
+            return [value] if self._flat else [[value]]
+        array = np.asarray(value)
+        if modality == "video":
+            if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] != 3:
+                raise MessageError(f"{place}: it must be a picture (H, W, 3) uint8 (got {array.shape} {array.dtype})")
+            return array[np.newaxis, np.newaxis]
+        if array.dtype.kind not in "biuf" or array.ndim > 1:
+            raise MessageError(f"{place}: it must be numbers (D,) (got {array.shape} {array.dtype})")
+        return array.astype(np.float32).reshape(1, 1, -1)
+
+    def _read_modalities(self, reply: object) -> None:
+        """Take the modalities over; refuse a policy that wants more than the present observation."""
+        fields = reply if isinstance(reply, dict) else {}
+        with self._placed():
+            modalities = {name: _modality(name, each) for name, each in fields.items()}
+            if missing := {"video", "state", "action"} - modalities.keys():
+                raise PolicyAnswerError(f"no policy of GR00T: it has no modality {', '.join(sorted(missing))}")
+        self.metadata = modalities
+        if not self._actions.keys:
+            self._actions = replace(self._actions, keys=tuple(modalities["action"]["modality_keys"]))
+
+    def _call(self, endpoint: str, data: Mapping[str, object] | None = None) -> tuple[object, bytes, float]:
+        """Return an endpoint's reply, its bytes, and the time between [s]."""
+        request: dict[str, object] = {"endpoint": endpoint}
+        if data is not None:
+            request["data"] = data
+        if key := policy_key():
+            request["api_token"] = key
+        content = pack(request, NPY)
+        socket = self._connected()
+        start = time.monotonic()
+        try:
+            socket.send(content)
+            raw = socket.recv()
+        except zmq.Again:
+            self._drop()  # a request that was not answered blocks its socket
+            raise late(self._address, self.timeout) from None
+        except zmq.ZMQError as error:
+            self._drop()
+            raise PolicyConnectionError(f"{self._address}: the connection is lost ({error})") from None
+        wall = time.monotonic() - start
+        with self._placed():
+            if raw == b"ERROR":
+                raise PolicyAnswerError("the server answers ERROR; look at its log")
+            reply = unpack(raw, NPY)
+            if isinstance(reply, dict) and "error" in reply:
+                raise PolicyAnswerError(f"the policy failed: {one_printable_line(str(reply['error'])[:1000])}")
+        return reply, raw, wall
+
+    def _connected(self) -> "zmq.Socket[bytes]":
+        if self._context.closed:
+            raise PolicyConnectionError(f"{self._address}: the policy is closed")
+        if self._socket is None:
+            self._socket = self._context.socket(zmq.REQ)
+            self._socket.setsockopt(zmq.LINGER, 0)
+            self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_BYTES)
+            self._socket.connect(self._peer)
+        bound = max(1, round(self.timeout * 1000))  # [ms]
+        self._socket.setsockopt(zmq.RCVTIMEO, bound)
+        self._socket.setsockopt(zmq.SNDTIMEO, bound)
+        return self._socket
+
+    def _drop(self) -> None:
+        socket, self._socket = self._socket, None
+        if socket is not None:
+            socket.close(linger=0)
+
+    @contextmanager
+    def _placed(self) -> Iterator[None]:
+        """Name the server in errors about its answer."""
+        try:
+            yield
+        except (MessageError, PolicyAnswerError) as error:
+            raise PolicyAnswerError(f"{self._address}: {error}") from None
+
+
+def _modality(name: str, described: object) -> dict[str, Any]:
+    """Return a modality as the server describes it.
+
+    Raises:
+        PolicyAnswerError: it is none, or one of earlier observations too.
+    """
+    fields = described.get("as_json") if isinstance(described, dict) else None
+    keys, steps = (
+        fields.get(each) if isinstance(fields, dict) else None for each in ("modality_keys", "delta_indices")
+    )
+    listed = isinstance(keys, list) and isinstance(steps, list)
+    if not isinstance(fields, dict) or not listed or not all(isinstance(each, str) for each in keys or ()):
+        raise PolicyAnswerError(f"modality {name}: it must have lists modality_keys and delta_indices")
+    if name in _SEEN and steps != [0]:
+        raise PolicyAnswerError(
+            f"modality {name}: only the present observation can be sent (its delta_indices are {steps}); "
+            "serve a policy with [0]"
+        )
+    return fields
