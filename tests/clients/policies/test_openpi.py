@@ -3,6 +3,7 @@
 import hashlib
 import re
 import socket
+import ssl
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from threading import Event, Thread
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from websockets.sync.server import ServerConnection
 
+from cellwright.clients.policies import openpi as openpi_module
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.array_forms import LEBEDOV, MAX_BYTES, OPENPI
 from cellwright.clients.policies.codec import pack, unpack
@@ -90,6 +92,29 @@ def test_server_that_is_not_there_is_refused() -> None:
 def test_address_that_is_none_is_refused(address: str) -> None:
     with pytest.raises(PolicyError, match="no address of a websocket"):
         OpenpiPolicy(address)
+
+
+def test_server_without_encryption_or_with_a_refused_certificate_is_not_reached(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with (
+        websocket_server(openpi(answer)) as address,
+        pytest.raises(PolicyConnectionError, match=r"cannot be reached \(.*SSL"),
+    ):
+        OpenpiPolicy(address.replace("ws:", "wss:"))
+
+    def refuse(*_: object, **__: object) -> None:
+        raise ssl.SSLCertVerificationError(1, "certificate verify failed: self-signed certificate")
+
+    monkeypatch.setattr(openpi_module, "connect", refuse)
+    with pytest.raises(PolicyConnectionError, match=r"cannot be reached .certificate verify failed"):
+        OpenpiPolicy("wss://127.0.0.1:9")
+
+
+def test_no_ping_of_ours_ends_a_long_inference() -> None:
+    with policy_at() as policy:
+        assert policy._connection
+        assert policy._connection.keepalive_thread is None
 
 
 def test_server_that_is_no_websocket_is_refused() -> None:

@@ -25,6 +25,7 @@ from cellwright.clients.policies.policy import Answer, PolicyAnswerError, Policy
 from cellwright.clients.policies.sockets import TIMEOUT, cut_after, late, policy_key, unreachable
 from cellwright.util.errors import MessageError, one_printable_line, printable
 
+_MAX_QUEUE = 2  # frames that wait in memory, each of up to 64 MiB
 _CLOSE_TIMEOUT = 1.0  # [s]: a server that infers does not answer a close
 
 
@@ -125,20 +126,21 @@ class OpenpiPolicy:
                 additional_headers=headers,
                 compression=None,
                 max_size=MAX_BYTES,
+                max_queue=_MAX_QUEUE,
                 open_timeout=self.timeout,
                 close_timeout=_CLOSE_TIMEOUT,
                 ping_interval=None,
                 proxy=None,
             )
-        except (InvalidURI, ValueError) as error:
-            raise PolicyError(f"{self._address}: no address of a websocket ({error}); write ws://HOST:PORT") from None
-        except InvalidHandshake as error:
-            reason = one_printable_line(str(error)[:300])
-            raise PolicyConnectionError(f"{self._address}: no websocket answers there ({reason})") from None
         except TimeoutError:
             raise late(self._address, self.timeout) from None
         except (OSError, EOFError) as error:
             raise unreachable(self._address, error) from None
+        except InvalidHandshake as error:
+            reason = one_printable_line(str(error)[:300])
+            raise PolicyConnectionError(f"{self._address}: no websocket answers there ({reason})") from None
+        except (InvalidURI, ValueError) as error:  # a refused certificate is a ValueError too, and an OSError
+            raise PolicyError(f"{self._address}: no address of a websocket ({error}); write ws://HOST:PORT") from None
         self._connection = connection
         first = self._receive(connection, self.timeout)
         if isinstance(first, str):
