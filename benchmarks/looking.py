@@ -187,8 +187,8 @@ def _started(options: Sequence[str]) -> subprocess.Popen[str]:
 
 @contextmanager
 def _other_page(browser: str) -> Iterator[None]:
-    """Show the page of another cell, which moves, in a browser."""
-    process = _started(["lesson", "--agent", "none", "--until", "3600", *_PAGE, "--speed", "1"])
+    """Show the page of another cell at work in a browser."""
+    process = _started([_LONG[0], *_PAGE, "--speed", "1"])
     assert process.stderr is not None
     address = next(found[0] for line in process.stderr if (found := _ADDRESS.search(line)))
     page = _Visit(browser, address)
