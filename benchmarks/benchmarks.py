@@ -172,6 +172,7 @@ BENCHMARKS = (
     Benchmark("many_cells", "Many cells on one machine", 1.5),
     Benchmark("looking", "Viewing and recording", 3.0),
     Benchmark("pictures", "Pictures of cameras", 0.5),
+    Benchmark("environments", "Environments for learning", 0.5),
     Benchmark("robot", "A robot compared with PyBullet", 0.5),
     Benchmark("evaluation", "Many runs in two processes", 3.0),
     Benchmark("ray_cluster", "Many runs on a Ray cluster", 6.0),

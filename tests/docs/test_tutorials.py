@@ -36,6 +36,7 @@ PAGES = [
     "docs/video.md",
     "docs/motion.md",
     "docs/configuration.md",
+    "docs/environments.md",
     "docs/evaluate.md",
     "docs/class.md",
     "docs/kitter.md",

@@ -63,6 +63,7 @@ class CellStepper:
         arms = {arm.namespace: arm for arm in cell.trial.arms}
         self._writers: list[Writer] = []
         self._readers: list[Reader] = []
+        self._desires: list[Reader] = []
         numbered = enumerate(self.space.channels)
         for (robot, namespace), group in groupby(numbered, key=lambda each: (each[1].robot, each[1].arm)):
             members = [*group]
@@ -93,11 +94,16 @@ class CellStepper:
         """Return the measured value of each channel: positions, 1 for suction that is on, and widths."""
         return [value for read in self._readers for value in read()]
 
+    def desired(self) -> list[float]:
+        """Return the present target of each channel: where joints are to be now, and what was sent to grippers."""
+        return [value for read in self._desires for value in read()]
+
     def _add_arm(self, described: Arm, places: slice, channels: Sequence[Channel]) -> None:
         arm, count = self.cell.arms[described.name], sum(each.kind == "joint" for each in channels)
         joints, period = slice(places.start, places.start + count), self._period
         self._writers.append(lambda targets: arm.steer(targets[joints], period))
         self._readers.append(lambda: arm.read().positions)
+        self._desires.append(lambda: arm.controller.trajectory.positions(arm.simulation.now))
         if count == len(channels):
             return
         gripper, last = self.cell.grippers[described.name], places.stop - 1
@@ -110,10 +116,12 @@ class CellStepper:
 
             self._writers.append(move)
             self._readers.append(lambda: [fingers.width])
+            self._desires.append(lambda: [fingers.goal])
         else:
             cup = gripper
             self._writers.append(lambda targets: cup.set_enabled(targets[last] > SUCTION_ON))
             self._readers.append(lambda: [float(cup.enabled)])
+            self._desires.append(lambda: [float(cup.enabled)])
 
     def _add_robot(self, name: str, places: slice, channels: Sequence[Channel]) -> None:
         robot = next(each for each in self.cell.trial.layout.robots if each.name == name)
@@ -127,3 +135,4 @@ class CellStepper:
 
         self._writers.append(follow)
         self._readers.append(lambda: commander.measured()[numbers].tolist())
+        self._desires.append(lambda: commander.limiter.desired[numbers].tolist())

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.simulation import Simulation
-from cellwright.rendering.camera import Pinhole
+from cellwright.rendering.camera import Camera, Pinhole
 from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene.scene import Scene, SceneFrame
 from cellwright.util.errors import RenderingError
@@ -90,6 +90,13 @@ class RenderService:
         self, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool, shadows: bool = True
     ) -> PendingPicture | None:
         """Request a picture of this tick; return None if nothing can be drawn."""
+        camera = pinhole.at(world_T_camera)
+        return self.ask_view(camera, (pinhole.width, pinhole.height), colour=colour, depth=depth, shadows=shadows)
+
+    def ask_view(
+        self, camera: Camera, size: tuple[int, int], *, colour: bool = True, depth: bool = False, shadows: bool = True
+    ) -> PendingPicture | None:
+        """Request a picture of this tick from any place, by width and height in pixels; as `ask` otherwise."""
         if self._is_broken:
             return None
         if self._capture is None:
@@ -98,8 +105,8 @@ class RenderService:
             self._worker = worker = self._start(self._capture.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing
             self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
-        frame, worker, camera = self._this_frame(self._capture), self._worker, pinhole.at(world_T_camera)
-        request = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
+        frame, worker = self._this_frame(self._capture), self._worker
+        request = PictureRequest(camera, *size, samples=1, shadows=shadows, about=self._about)
         return PendingPicture(
             worker.colour(frame, request) if colour else None, worker.depth(frame, request) if depth else None
         )
