@@ -24,12 +24,16 @@ from cellwright.running.evaluation.outputs.tracking import Tracking
 from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
+from cellwright.running.evaluation.results.summary import Threshold
+from cellwright.running.evaluation.results.width_rule import LEAST, MOST, WidthRule
 
 ARM_AND_SENSORS = bundled_sensors()[0]
 """Files with the arm and sensors that a trial of the competition lacks, where each team brought its own."""
 
 _LIMITS, _TRUST = "Limits of each run", "Programs that you do not trust"
+_NUMBER = "Number of runs"
 _MAX_SEEDS, _MAX_JOBS = 100_000, 1024
+_MAX_COUNTED = 10_000  # seeds of a trial whose number follows from the results: each new one costs a look at all
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 
 
@@ -50,6 +54,50 @@ class LimitArguments:
             round(_within("--memory-limit", self.memory_limit, *_MEMORY) * MEBIBYTE),
             start=_within("--start-limit", self.start_limit, 1.0, options.LATEST),
         )
+
+
+@dataclass(frozen=True)
+class NumberArguments:
+    """Options of the number of seeds."""
+
+    seeds: Annotated[int | None, option("N", "Run each trial with the seeds 1 to N. Default: 1.", _NUMBER)] = None
+    until_width: Annotated[
+        float | None,
+        option(
+            "W",
+            "Run each trial with the seeds 1, 2, 3, … until the 95 % interval is at most this wide, such as 0.14: that "
+            "of the share of runs that pass, or of the points without --min-score.",
+            _NUMBER,
+        ),
+    ] = None
+    least: Annotated[
+        int | None, option("N", f"Seeds at least, with --until-width. Default: {LEAST}.", _NUMBER, name="--min")
+    ] = None
+    most: Annotated[
+        int | None, option("N", f"Seeds at most, with --until-width. Default: {MOST}.", _NUMBER, name="--max")
+    ] = None
+
+    def rule(self, threshold: Threshold | None) -> WidthRule | None:
+        """Return the rule that ends the runs of a trial; None for a fixed number of seeds."""
+        if self.until_width is None:
+            if given := [name for name, each in (("--min", self.least), ("--max", self.most)) if each is not None]:
+                options.refuse(f"{given[0]}: belongs to --until-width; add it, or give --seeds")
+            return None
+        if self.seeds is not None:
+            options.refuse("--seeds: does not go with --until-width; leave one out, or give --max")
+        width = self.until_width
+        if not 0.0 < width <= 1.0:
+            options.refuse(f"--until-width {width:g}: give a share of more than 0, at most 1, such as 0.14")
+        least = _within("--min", LEAST if self.least is None else self.least, 2, _MAX_COUNTED)
+        most = _within("--max", max(MOST, least) if self.most is None else self.most, 2, _MAX_COUNTED)
+        if most < least:
+            options.refuse(f"--max {most}: must be at least --min (got {least}); give more")
+        return WidthRule(width, least, most, threshold)
+
+    def numbers(self, rule: WidthRule | None) -> Sequence[int]:
+        """Return the seeds, all that may be run with a rule."""
+        last = rule.most if rule else _within("--seeds", 1 if self.seeds is None else self.seeds, 1, _MAX_SEEDS)
+        return range(1, last + 1)
 
 
 @dataclass(frozen=True)
@@ -95,7 +143,7 @@ class EvaluationArguments:
             name="--with",
         ),
     ] = None
-    seeds: Annotated[int, option("N", "Run each trial with the seeds 1 to N.", SIMULATION)] = 1
+    number: NumberArguments
     vary: Vary = False
     sweep: Annotated[
         list[str] | None,
@@ -170,8 +218,13 @@ class EvaluationArguments:
 
     @property
     def numbers(self) -> Sequence[int]:
-        """The seeds."""
-        return range(1, _within("--seeds", self.seeds, 1, _MAX_SEEDS) + 1)
+        """The seeds; with a `rule` all that may be run."""
+        return self.number.numbers(self.rule)
+
+    @property
+    def rule(self) -> WidthRule | None:
+        """The rule that ends the runs of a trial; None for a fixed number of seeds."""
+        return self.number.rule(threshold_of(self.min_score))
 
     @property
     def workers(self) -> int | None:
@@ -205,6 +258,13 @@ class EvaluationArguments:
         if len(specs) > 1 and self.ray is not None:
             options.refuse("--ray: takes one --latency; leave out the others")
         _ = self.part, self.limits.limits()
+        if self.rule is not None:
+            refused = {"--shard": self.shard is not None, "--agents": bool(self.agents), "--repeat": self.repeat}
+            if given := [name for name, is_given in refused.items() if is_given]:
+                options.refuse(
+                    f"{given[0]}: does not go with --until-width, which needs the results of all seeds so far; "
+                    "give --seeds instead"
+                )
         if self.agents:
             refused = {
                 "--agent": self.agent != "kitter",

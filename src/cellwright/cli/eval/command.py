@@ -18,6 +18,7 @@ from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED
 from cellwright.running.evaluation.execution.on_ray.runner import RayRunner
 from cellwright.running.evaluation.execution.process import usable_processors
 from cellwright.running.evaluation.execution.runner import Runner, RunnerOptions, Running
+from cellwright.running.evaluation.execution.seed_queue import SeedQueue
 from cellwright.running.evaluation.outputs.tracking import Tracking, parameters_of
 from cellwright.running.evaluation.plan.job import Job, make_jobs, repeated
 from cellwright.running.evaluation.results.folder import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
@@ -99,8 +100,14 @@ def evaluate(given: EvaluationArguments) -> None:
             _claim(given, own, store, tracking)
             unwritten = write_beside(given.out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(given.out, given.min_score or "", page, console, stays=not given.as_json))
-            results, failures = _work(given, own, store, tracking, console)
-        conclude(results, [*unwritten, *failures], reports, console, left=len(own) - len(results), tracking=tracking)
+            results, failures, queue = _work(given, own, store, tracking, console)
+            left = len(own) - len(results) if queue is None else queue.left
+            if queue is not None and not left:
+                counted = {result.key for result in results}
+                plan = plan_of([job for job in planned if job.key in counted], limits)
+                unwritten += write_beside(given.out / PLAN_NAME, plan_text(plan))
+        notes = [] if queue is None else queue.sentences()
+        conclude(results, [*unwritten, *failures], reports, console, left=left, tracking=tracking, notes=notes)
 
 
 def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, tracking: Tracking) -> None:
@@ -118,9 +125,10 @@ def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, 
 
 def _work(
     given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, tracking: Tracking, console: Console
-) -> tuple[list[Result], list[str]]:
-    """Return the results of the jobs that have one, and why there were no more."""
-    with EvalProgress(console, jobs) as progress:
+) -> tuple[list[Result], list[str], SeedQueue | None]:
+    """Return the results of the jobs that have one and count, why there were no more, and the queue if there is one."""
+    rule = given.rule
+    with EvalProgress(console, jobs, may_end_early=rule is not None) as progress:
 
         def take(result: Result) -> None:
             progress.take(result)
@@ -133,8 +141,13 @@ def _work(
             if warning := tracking.update():
                 progress.show_fault(warning)
 
+        def more() -> Sequence[Job]:
+            return [] if queue is None else queue.next_jobs(runner.faults)
+
         def begin(known: Sequence[Result]) -> None:
-            if len(known) < len(jobs) and (problem := runner.check_agent(jobs[0].agent)):
+            if (len(known) < len(jobs) if queue is None else queue.left) and (
+                problem := runner.check_agent(jobs[0].agent)
+            ):
                 options.refuse(problem)
             with options.errors_of("--log"):
                 warning = tracking.begin(known)
@@ -142,13 +155,14 @@ def _work(
                 progress.show_fault(warning)
 
         recorded = given.record or given.record_failed
-        watched = RunnerOptions(given.limits.limits(), recorded, take, show_jobs, progress.show_fault)
+        watched = RunnerOptions(given.limits.limits(), recorded, take, show_jobs, progress.show_fault, more)
         runner: Runner
         if given.ray is None:
             runner = LocalRunner(store, watched, workers=given.workers or usable_processors())
         else:
             runner = RayRunner(store, given.ray, jobs, watched, most=given.workers)
-        return run_jobs(runner, jobs, store, progress, begin)
+        queue = None if rule is None else SeedQueue(jobs, rule, runner.result_of)
+        return *run_jobs(runner, jobs, store, progress, begin, queue), queue
 
 
 def _drop_recording(reports: Reports, result: Result) -> None:

@@ -98,11 +98,13 @@ def conclude(
     *,
     left: int = 0,
     tracking: Tracking | None = None,
+    notes: Sequence[str] = (),
 ) -> NoReturn:
     """Write the files of an evaluation, print its summary, and exit.
 
-    `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each; `left` is the
-    number of runs that were interrupted. A failure of `tracking` does not change the exit status.
+    `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each. The number of
+    runs that were interrupted is `left`; `notes` are about the number of seeds, a line each. A failure of `tracking`
+    does not change the exit status.
     """
     out, threshold = wanted.out, wanted.threshold
     results, repeats = summary.with_repeats(ended)
@@ -118,6 +120,8 @@ def conclude(
     document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
     failures += write_beside(out / "summary.json", document + "\n")
     show_summary(console, results, threshold, repeats)
+    for note in notes:
+        print_entry(console, "seeds", note)
     if left:
         console.print(f"interrupted: {left} {'run' if left == 1 else 'runs'} left; repeat the command to continue")
     print_entry(console, "report", str(out / "report.html"))

@@ -14,6 +14,7 @@ from cellwright.cli.output import print_line
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, table
 from cellwright.running.evaluation.execution.runner import Runner, Running
+from cellwright.running.evaluation.execution.seed_queue import SeedQueue
 from cellwright.running.evaluation.plan.job import Job
 from cellwright.running.evaluation.results import summary
 from cellwright.running.evaluation.results.result import Result
@@ -29,6 +30,7 @@ class EvalProgress:
     Args:
         title: what is evaluated; empty for the agent of the jobs.
         label: returns the name of a run for people.
+        may_end_early: whether their results may make the last of the jobs needless.
     """
 
     def __init__(
@@ -38,9 +40,11 @@ class EvalProgress:
         *,
         title: str = "",
         label: Callable[[Result], str] = lambda result: result.name,
+        may_end_early: bool = False,
     ) -> None:
         self._title = title or f"agent {jobs[0].agent}"
         self._label = label
+        self._may_end_early = may_end_early
         self._console = console
         self._jobs = jobs
         self._counts = Counter(job.trial.name for job in jobs)
@@ -62,7 +66,8 @@ class EvalProgress:
         self._results = list(known)
         count = len(self._jobs)
         runs = "run" if count == 1 else "runs"
-        print_line(self._console, f"{count} {runs}, {self._title}, results in {folder}")
+        at_most = "at most " if self._may_end_early else ""
+        print_line(self._console, f"{at_most}{count} {runs}, {self._title}, results in {folder}")
         if known:
             print_line(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result already")
 
@@ -117,10 +122,12 @@ def run_jobs(
     store: ResultsFile,
     progress: EvalProgress,
     begin: Callable[[Sequence[Result]], None] = lambda _known: None,
+    queue: SeedQueue | None = None,
 ) -> tuple[list[Result], list[str]]:
     """Run the jobs that have no result yet, until they are done or a signal comes; their progress is shown.
 
-    `begin` receives the known results before anything is run.
+    `begin` receives the known results before anything is run. With a `queue`, which the runner asks for more, only what
+    it counts is returned.
 
     Returns:
         The results of the jobs that have one, in the jobs' order; and why there were no more, a line each.
@@ -131,12 +138,14 @@ def run_jobs(
     for notice in before:
         progress.show_fault(notice)
     begin(known)
-    if len(known) < len(jobs) and not runner.failure:
+    first = jobs if queue is None else queue.next_jobs()
+    if (len(known) < len(jobs) if queue is None else first) and not runner.failure:
         with stopped_by_signals(runner.stop):
-            runner.run(jobs)
+            runner.run(first)
             with suppress(OSError):  # it was removed: the runner has reported that
                 store.restore()
     for notice in store.notices[len(before) :]:
         progress.show_fault(notice)
-    results = [store.results[job.key] for job in jobs if runner.is_settled(job)]
+    settled = [store.results[job.key] for job in jobs if runner.is_settled(job)]
+    results = settled if queue is None else queue.results()
     return results, [*runner.unjudged, *filter(None, [runner.failure])]

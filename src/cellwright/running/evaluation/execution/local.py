@@ -113,12 +113,15 @@ class LocalRunner(Runner):
         self._waiting = self.unsettled(jobs)
         checked = 0.0
         try:
-            while (self._waiting or self._running) and not self._stopped:
+            while (self._waiting or self._running or self._take_more()) and not self._stopped:
                 over = [each for each in self._running if each.is_over]
                 # the next ones first: ending a process takes 20 ms, in which its processor would have no work
                 try:
-                    while self._waiting and len(self._running) - len(over) < self._workers and self._begin_next():
-                        pass
+                    while len(self._running) - len(over) < self._workers:
+                        # further ones may depend on results that are not stored yet
+                        has_next = bool(self._waiting) or (not over and self._take_more())
+                        if not has_next or not self._begin_next():
+                            break
                 finally:
                     for worker in over:
                         self._finish(worker)
@@ -138,6 +141,11 @@ class LocalRunner(Runner):
                 worker.stop()
             self._running.clear()
         return not unfinished
+
+    def _take_more(self) -> bool:
+        """Ask for more jobs when none waits; return whether there are any."""
+        self._waiting = self.unsettled(self._options.more())
+        return bool(self._waiting)
 
     def _begin_next(self) -> bool:
         """Start the next job; return False if the machine has no room for its process now.

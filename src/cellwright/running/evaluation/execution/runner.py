@@ -34,6 +34,7 @@ class RunnerOptions:
         on_result: called with each new result.
         on_progress: called several times a second, with the jobs in progress as far as something is known of them.
         on_fault: called with a line about the machine, such as when it has ended a run that starts again.
+        more: called when a process has no run left; returns further ones, none if there are none now.
     """
 
     limits: RunLimits = field(default_factory=RunLimits)
@@ -41,6 +42,7 @@ class RunnerOptions:
     on_result: Callable[[Result], None] = lambda _result: None
     on_progress: Callable[[Sequence[Running]], None] = lambda _running: None
     on_fault: Callable[[str], None] = lambda _line: None
+    more: Callable[[], Iterable[Job]] = lambda: ()
 
 
 class Runner(ABC):
@@ -75,9 +77,13 @@ class Runner(ABC):
         return [f"{job.name}: {fault}; no result after {STARTS} starts" for job, fault in self.faults.items()]
 
     def is_settled(self, job: Job) -> bool:
-        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
+        """Return whether the job has a valid result."""
+        return self.result_of(job) is not None
+
+    def result_of(self, job: Job) -> Result | None:
+        """Return the valid result of a job, if it has one. A lost run counts only under the limits that it had."""
         result = self._store.results.get(job.key)
-        return result is not None and result.counts_under(asdict(self._limits))
+        return result if result is not None and result.counts_under(asdict(self._limits)) else None
 
     def unsettled(self, jobs: Iterable[Job]) -> deque[Job]:
         """Return the jobs to run, those of long trials first: a long one at the end would run alone."""

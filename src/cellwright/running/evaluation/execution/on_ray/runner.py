@@ -105,11 +105,16 @@ class RayRunner(Runner):
         waiting = self.unsettled(jobs)
         running: dict[str, Job] = {}
         try:
-            while (waiting or running) and not self._stopped and not self.failure:
-                while waiting and len(running) < self._most_orders():
+            while not self._stopped and not self.failure:
+                while len(running) < self._most_orders():
+                    waiting = waiting or self.unsettled(self._options.more())
+                    if not waiting:
+                        break
                     job = waiting.popleft()
                     running[job.key] = job
                     self._order(self._order_of(job))
+                if not running:
+                    break
                 ended = self._receive(_PERIOD).get("ended", {})
                 if (key := ended.get("key")) in running:
                     self._finish(running.pop(key), ended)
