@@ -39,6 +39,8 @@ def test_regression_has_status_1_and_lists_turned_runs(compare: CommandLine) -> 
     assert turned[0] == "  tiny seed 3: 8 -> 0 of 12 points, done -> wall limit (still running after 5 s)"
     assert len(turned) == 10
     assert "unpaired    0 runs of A, 1 of B" in lines
+    assert "seeds   points   runs done" in [line.rstrip() for line in lines]
+    assert "needed      seeds to show B - A as it was seen: 5 for points, 157 for runs done" in lines
     assert "tiny    time, s      19   20   20      +0   0 to 0" in [line.rstrip() for line in lines]
     assert lines[-2:] == [
         "chance      0.5 of such a loss of runs done, if B loses nothing",

@@ -1,6 +1,7 @@
 """Command `cellwright eval compare`: the difference between two evaluations, and the verdict on the second."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,9 +14,10 @@ from cellwright.cli.arguments import AsJson
 from cellwright.cli.main import DONE, INCONCLUSIVE, NOT_DONE
 from cellwright.cli.output import print_entry, print_line
 from cellwright.cli.parameters import argument, flag, option
-from cellwright.cli.tables import FOLD, RIGHT, WHOLE, print_table, table
+from cellwright.cli.tables import FOLD, RIGHT, WHOLE, FittedTable, print_table, table
 from cellwright.running.evaluation.results.comparison import Comparison, Pair, read_evaluation
 from cellwright.running.evaluation.results.measures import MEASURES, Change
+from cellwright.running.evaluation.results.power import Power
 from cellwright.running.evaluation.results.summary import range_text, with_interval
 from cellwright.running.evaluation.results.verdict import MAX_PAIRS, Verdict
 
@@ -84,6 +86,12 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
         console.print()
         figures = dict.fromkeys(("pairs", "A", "B", "B - A", "95 %"), RIGHT)
         print_table(console, table({"trial": FOLD, "figure": WHOLE, **figures}, measured))
+    if power := found.power():
+        console.print()
+        print_table(console, _power_table(power))
+        print_entry(console, "visible", "in 80 % of experiments with this number of seeds, at a level of 5 %")
+        if needed := [f"{each.needed} for {name}" for name, each in power.items() if each.needed is not None]:
+            print_entry(console, "needed", f"seeds to show B - A as it was seen: {', '.join(needed)}")
     turned = found.turned
     for pair in turned[:_MAX_TURNED]:
         print_line(console, f"  {_turn(pair)}")
@@ -97,6 +105,18 @@ def _show(found: Comparison, document: dict[str, Any], names: tuple[str, str], m
         if chance is not None:
             print_entry(console, "chance", f"{chance:.2g} of such a loss of {question}, if B loses {_beyond(margin)}")
     print_entry(console, "verdict", _verdict_words(document, margin))
+
+
+def _power_table(power: Mapping[str, Power]) -> FittedTable:
+    """Return a table of the smallest differences that numbers of seeds show."""
+    numbers = next(iter(power.values())).visible
+    rows = [[str(number), *(_percent(each.visible[number]) for each in power.values())] for number in numbers]
+    return table(dict.fromkeys(["seeds", *power], RIGHT), rows)
+
+
+def _percent(share: float | None) -> str:
+    """Return a difference of two shares; a dash for none that is possible."""
+    return "-" if share is None or share > 1.0 else f"{100.0 * share:.3g} %"
 
 
 def _beyond(margin: float) -> str:

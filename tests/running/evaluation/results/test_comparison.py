@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from cellwright.running.evaluation.results.comparison import Comparison, overall, read_evaluation
 from cellwright.running.evaluation.results.intervals import mean_interval, student_quantile
+from cellwright.running.evaluation.results.power import needed_for_rate, visible_rate
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.summary import summary_document
 from cellwright.running.evaluation.results.verdict import Verdict
@@ -101,6 +102,39 @@ def test_crash_at_the_same_time_of_every_seed_is_exact() -> None:
     after = [replace(each, trial=before[0].trial, reachable=before[0].reachable) for each in after]
     assert verdict(before, after) is Verdict.WORSE
     assert verdict(before, [after[0], replace(after[1], simulated=1.5)]) is Verdict.INCONCLUSIVE
+
+
+def swept(shares: list[float], values: int, reachable: float = 12.0) -> list[Result]:
+    """Return runs of a sweep in which a seed has the same share of the points with each value."""
+    return [
+        result(share * reachable, trial=f"tiny friction={value}", seed=seed, reachable=reachable, vary=True)
+        for value in range(values)
+        for seed, share in enumerate(shares, start=1)
+    ]
+
+
+def test_values_of_a_sweep_are_no_further_draws_of_a_seed() -> None:
+    before, after = [0.5, 0.6, 0.7, 0.5, 0.6], [0.4, 0.65, 0.5, 0.45, 0.6]
+    alone, five = (Comparison.of(swept(before, values), swept(after, values)) for values in (1, 5))
+    assert five.difference == pytest.approx(alone.difference)
+    assert five.interval == pytest.approx(alone.interval or ())
+    for name, judgement in alone.judgements(0.01).items():
+        found = five.judgements(0.01)[name]
+        assert found.verdict is judgement.verdict
+        assert found.chance == pytest.approx(judgement.chance)
+    assert five.more_seeds(0.0) == alone.more_seeds(0.0)
+    assert five.power()["points"].visible == pytest.approx(alone.power()["points"].visible)
+
+
+def test_power_of_runs_done_is_that_of_the_pairs_that_turned() -> None:
+    before = runs([6.0] * 20, vary=True)
+    after = [replace(each, outcome="crashed", reason="late") if each.seed <= 4 else each for each in before]
+    found = Comparison.of(before, after).power()
+    assert found["runs done"].needed == needed_for_rate(0.2, 0.0)
+    assert found["runs done"].visible[20] == visible_rate(20, 0.2)
+    # equal points show no spread, so nothing is known of it
+    assert (found["points"].needed, set(found["points"].visible.values())) == (None, {None})
+    assert Comparison.of([worked(3.0), worked(3.0, seed=2)], [worked(2.0), worked(2.0, seed=2)]).power() == {}
 
 
 def test_evaluations_that_cannot_be_paired_are_refused() -> None:

@@ -151,3 +151,45 @@ def test_intervals_of_rates_contain_the_true_rate(count: int, least: float, most
     assert least <= min(found), min(found)
     assert max(found) <= most, max(found)
     assert 0.93 <= float(np.mean(found)) <= 0.97
+
+
+def test_values_of_one_seed_in_several_groups_count_as_one_draw() -> None:
+    # the means of the seeds are 2, 3, 4: their interval is that of a textbook
+    groups, seeds = [[1.0, 2.0, 3.0], [3.0, 4.0, 5.0]], [[1, 2, 3], [1, 2, 3]]
+    assert mean_interval(groups, seeds) == pytest.approx(interval(mean_interval([[2.0, 3.0, 4.0]])))
+    # in the opposite order the seeds cancel each other out
+    low, high = interval(mean_interval([groups[0], groups[1][::-1]], seeds))
+    assert (low, high) == pytest.approx((3.0, 3.0))
+
+
+@given(first=SCORES, second=SCORES)
+def test_seeds_that_no_two_groups_share_change_nothing(first: list[float], second: list[float]) -> None:
+    seeds = [list(range(len(first))), list(range(100, 100 + len(second)))]
+    assert mean_interval([first, second], seeds) == mean_interval([first, second])
+    assert score_interval([first, second], 12.0, seeds) == score_interval([first, second], 12.0)
+
+
+@given(values=st.lists(st.tuples(*[st.floats(0.0, 12.0)] * 3), min_size=2, max_size=15))
+def test_same_seeds_in_each_group_give_the_interval_of_the_means_of_the_seeds(
+    values: list[tuple[float, float, float]],
+) -> None:
+    groups = [[each[trial] for each in values] for trial in range(3)]
+    means = [sum(each) / 3.0 for each in values]
+    low, high = interval(mean_interval([means]))
+    found = interval(mean_interval(groups, [list(range(len(values)))] * 3))
+    half = (found[1] - found[0]) / 2.0
+    assert sum(found) / 2.0 == pytest.approx((low + high) / 2.0, abs=1e-9)
+    # Welch's degrees of freedom may be fewer than those of the seeds, and never are more
+    assert half >= (high - low) / 2.0 - 1e-6
+
+
+@pytest.mark.slow
+def test_interval_over_a_sweep_contains_the_true_mean_although_its_runs_share_their_seeds() -> None:
+    rng, count, values = np.random.default_rng(1), 20, 5
+    seeds = rng.beta(4.0, 2.0, (EXPERIMENTS, count))
+    runs = np.clip(seeds[:, None, :] + rng.normal(0.0, 0.02, (EXPERIMENTS, values, count)), 0.0, 1.0)
+    shared = [list(range(count))] * values
+    clustered = coverage(runs, 4.0 / 6.0, lambda sample: score_interval(sample, 1.0, shared))  # type: ignore[arg-type]
+    as_if_independent = coverage(runs, 4.0 / 6.0, lambda sample: score_interval(sample, 1.0))  # type: ignore[arg-type]
+    assert 0.93 <= clustered <= 0.97, clustered
+    assert as_if_independent < 0.7, as_if_independent

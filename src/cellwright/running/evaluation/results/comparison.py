@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from cellwright.running.evaluation.results.intervals import Interval, mean_interval
+from cellwright.running.evaluation.results.intervals import Interval, error_of, mean_interval
 from cellwright.running.evaluation.results.measures import Change, changes
+from cellwright.running.evaluation.results.power import Power
 from cellwright.running.evaluation.results.result import Result, ResultError
 from cellwright.running.evaluation.results.summary import are_same, done_interval, share_interval
 from cellwright.running.evaluation.results.verdict import Judgement, Verdict, judge, more_pairs
@@ -127,36 +128,61 @@ class Comparison:
         groups = self._groups().values()
         if all(_is_one(group) for group in groups):
             return None
-        return _within(mean_interval([[pair.share for pair in group] for group in groups]), 1.0)
+        return _within(mean_interval([[pair.share for pair in group] for group in groups], _seeds(groups)), 1.0)
 
     def judgements(self, margin: float) -> dict[str, Judgement]:
         """Return the judgement of each of the `QUESTIONS`; `margin` is the loss that is accepted, 0 to 1."""
-        return {name: judge(*self._values(value), margin) for name, value in QUESTIONS.items()}
+        return {name: judge(*self._values(value, margin)) for name, value in QUESTIONS.items()}
 
-    def _values(self, value: Callable[[Result], float]) -> tuple[list[tuple[float, float]], list[float]]:
-        """Return the values of the pairs whose seed matters, and the differences of the others."""
-        sampled: list[tuple[float, float]] = []
+    def _values(
+        self, value: Callable[[Result], float], margin: float
+    ) -> tuple[list[tuple[float, float]], list[float], float]:
+        """Return the values of the seeds that matter, the differences of the other pairs, and the margin, for `judge`.
+
+        Pairs of one seed in several trials are summed: its cell is laid out alike in them, so they turn together.
+        """
+        by_seed: dict[int, tuple[float, float]] = {}
+        count = 0
         fixed: list[float] = []
         for group in self._groups().values():
             values = [(value(pair.before), value(pair.after)) for pair in group]
             # Such pairs are facts and no sample. As a sample they would hide the spread of the others.
             if _is_exact(group) or all(before == after for before, after in values):
                 fixed += [after - before for before, after in values]
-            else:
-                sampled += values
-        return sampled, fixed
+                continue
+            count += len(group)
+            for pair, (before, after) in zip(group, values, strict=True):
+                sums = by_seed.get(pair.before.seed, (0.0, 0.0))
+                by_seed[pair.before.seed] = sums[0] + before, sums[1] + after
+        # `judge` takes the margin once for each value; here each pair may lose as much.
+        each = margin * (count + len(fixed)) / (len(by_seed) + len(fixed))
+        return list(by_seed.values()), fixed, each
 
     def more_seeds(self, margin: float) -> int | None:
         """Return about how many more seeds of each trial end an inconclusive comparison; None if no number is known."""
         found = 0
         for name, judgement in self.judgements(margin).items():
             if judgement.verdict is Verdict.INCONCLUSIVE:
-                sampled, fixed = self._values(QUESTIONS[name])
-                pairs = more_pairs(sampled, fixed, margin)
-                if pairs is None:
+                seeds = more_pairs(*self._values(QUESTIONS[name], margin))
+                if seeds is None:
                     return None
-                found = max(found, math.ceil(pairs / len({pair.before.trial for pair in self.pairs})))
+                found = max(found, seeds)
         return found
+
+    def power(self) -> dict[str, Power]:
+        """Return what the comparison can see of each of the `QUESTIONS`; empty if no seed matters."""
+        return {} if self.interval is None else {name: self._power_of(value) for name, value in QUESTIONS.items()}
+
+    def _power_of(self, value: Callable[[Result], float]) -> Power:
+        groups = list(self._groups().values())
+        differences = [[value(pair.after) - value(pair.before) for pair in group] for group in groups]
+        seeds = len({pair.before.seed for pair in self.pairs})
+        values = {value(each) for pair in self.pairs for each in (pair.before, pair.after)}
+        if len(groups) == 1 and values <= {0.0, 1.0}:
+            lost, gained = (differences[0].count(each) / seeds for each in (-1.0, 1.0))
+            return Power.of_rate(seeds, lost, gained)
+        deviation = math.sqrt(error_of(differences, _seeds(groups))[0] * seeds)
+        return Power.of_mean(seeds, fmean(each for group in differences for each in group), deviation)
 
     @property
     def turned(self) -> list[Pair]:
@@ -188,6 +214,7 @@ class Comparison:
             "more_seeds": self.more_seeds(margin) if verdict is Verdict.INCONCLUSIVE else 0,
             "regression": verdict is Verdict.WORSE,
             "trials": [asdict(each) for each in self.trials()],
+            "power": {name: each.as_json() for name, each in self.power().items()},
             "turned": [pair.as_json() for pair in self.turned],
         }
 
@@ -196,6 +223,10 @@ class Comparison:
         for pair in self.pairs:
             groups.setdefault(pair.before.trial, []).append(pair)
         return groups
+
+
+def _seeds(groups: Iterable[Sequence[Pair]]) -> list[list[int]]:
+    return [[pair.before.seed for pair in group] for group in groups]
 
 
 def overall(judgements: Mapping[str, Judgement]) -> Verdict:

@@ -251,12 +251,13 @@ def _is_sample(group: Sequence[Result]) -> bool:
 def share_interval(results: Sequence[Result]) -> Interval | None:
     """Return the 95 % interval of the mean share of points, 0 to 1, for other seeds of the same trials.
 
+    Runs of one seed under several trials, or values of a sweep, count as one draw: its cell is laid out alike in them.
     None without results, if a trial has one run alone, or if all runs of each trial are the same.
     """
     groups = by_trial(scored(results)).values()
     if not any(map(_is_sample, groups)):
         return None
-    return score_interval([[result.share for result in group] for group in groups], 1.0)
+    return score_interval([[result.share for result in group] for group in groups], 1.0, _seeds(groups))
 
 
 def passed_interval(results: Sequence[Result], threshold: Threshold | None) -> Interval | None:
@@ -270,10 +271,19 @@ def done_interval(results: Sequence[Result]) -> Interval | None:
 
 
 def _rate_interval(results: Sequence[Result], is_success: Callable[[Result], bool]) -> Interval | None:
-    counted = scored(results)
-    if not any(map(_is_sample, by_trial(counted).values())):
+    groups = by_trial(scored(results)).values()
+    if not any(map(_is_sample, groups)):
         return None
+    if len(groups) > 1 and (
+        found := score_interval([[float(is_success(each)) for each in group] for group in groups], 1.0, _seeds(groups))
+    ):
+        return found
+    counted = [result for group in groups for result in group]
     return rate_interval(sum(map(is_success, counted)), len(counted))
+
+
+def _seeds(groups: Iterable[Sequence[Result]]) -> list[list[int]]:
+    return [[result.seed for result in group] for group in groups]
 
 
 def with_interval(text: str, interval: Interval | None) -> str:
