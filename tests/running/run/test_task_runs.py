@@ -87,6 +87,27 @@ def test_time_limit_ends_a_task_without_order() -> None:
     assert (result.outcome, result.success) == (Outcome.TIME_LIMIT, False)
 
 
+class Ends:
+    """Ends the competition at once."""
+
+    def run(self, client: Client) -> None:
+        """End it, and wait."""
+        client.sleep(0.1)
+        client.end_competition()
+        client.sleep(1.0)
+
+
+def test_competition_that_ends_before_success_has_failed() -> None:
+    result = run(Session(trial(ON_TRAY)), Ends())
+    assert (result.outcome, result.success, result.points) == (Outcome.TASK_FAILED, False, 0.0)
+    assert exit_status_of(result, has_agent=True, min_score=None) == NOT_DONE
+
+
+def test_task_is_worth_one_point_in_evaluations() -> None:
+    result = run(Session(trial(ON_TRAY)), Puts(0.1))
+    assert (result.score.total, result.points) == (0.0, 1.0)
+
+
 def test_trial_without_task_has_no_success() -> None:
     result = cellwright.run_trial("lesson", None, options=RunOptions(until=0.1))
     assert (result.success, result.succeeded_at) == (None, None)

@@ -335,12 +335,13 @@ def evaluated_trials(
         EvaluatedTrial(
             variant_name(trial.name if how_often[trial.name] == 1 else name, overrides),
             tuple(path.resolve() for path in options.paths([joined_name(parts)])),
-            attainable.total,
-            attainable.maximum,
+            attainable.total if trial.task is None else 1.0,
+            attainable.maximum if trial.task is None else 1.0,
             trial.time_limit,
             models_digest(trial),
             tuple(parts),
             overrides,
+            has_task=trial.task is not None,
         )
         for name, parts, overrides, trial, attainable in entries
     ]

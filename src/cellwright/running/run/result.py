@@ -31,6 +31,7 @@ class Outcome(StrEnum):
     """
 
     DONE = "done"
+    TASK_FAILED = "the competition was done before the task had succeeded"
     NO_ORDER = "the trial has no order"
     TIME_LIMIT = "time limit"
     GAVE_UP = "the agent ended before the orders were complete"
@@ -129,6 +130,11 @@ class RunResult(SessionResult):
         return facts | self.facts("competition_state", "state_hash", "error", "simulated", "steps", *self.of_task)
 
     @property
+    def points(self) -> float:
+        """Points in an evaluation: those of the score; a task is worth one, if it has succeeded."""
+        return self.score.total if self.success is None else float(self.success)
+
+    @property
     def of_task(self) -> tuple[str, ...]:
         """Names of the attributes on the task; none in a trial without one."""
         return () if self.success is None else ("success", "succeeded_at")
@@ -155,7 +161,9 @@ def final_outcome(cell: Cell, *, otherwise: Outcome) -> Outcome:
         return otherwise
     if not cell.trial.orders and cell.task is None:
         return Outcome.NO_ORDER
-    return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
+    if cell.competition.is_timed_out:
+        return Outcome.TIME_LIMIT
+    return Outcome.DONE if cell.task is None else Outcome.TASK_FAILED
 
 
 def versions() -> dict[str, str]:

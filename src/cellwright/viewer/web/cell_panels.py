@@ -18,6 +18,7 @@ Panel = dict[str, Any]
 _STATE_COLOURS = {"init": GREY, "ready": BLUE, "go": GREEN, "end_game": AMBER, "done": BLUE}
 _ORDER_COLOURS = {"active": GREEN, "interrupted": AMBER, "complete": BLUE, "open": RED, "to come": GREY}
 _OUTCOMES = {
+    "task_failed": "the task has not succeeded",
     "gave_up": "the agent ended before the orders were complete",
     "crashed": "the agent crashed",
     "infrastructure": "the policy could not be asked",

@@ -12,7 +12,7 @@ from cellwright.running.evaluation.results.result import POINT_TOLERANCE
 from cellwright.running.run import Outcome, Program, Session, final_outcome
 from cellwright.util.errors import RecordingError, SimulationError
 
-_OF_THE_CELL = (Outcome.DONE, Outcome.TIME_LIMIT, Outcome.UNSTABLE)
+_OF_THE_CELL = (Outcome.DONE, Outcome.TASK_FAILED, Outcome.TIME_LIMIT, Outcome.UNSTABLE)
 """Outcomes that the cell alone decides."""
 
 

@@ -140,7 +140,8 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
         now = time.monotonic()
         if now - shown >= _PROGRESS_PERIOD:
             shown = now
-            channel.send("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            points = cell.competition.score().total if cell.task is None else float(cell.task.succeeded_at is not None)
+            channel.send("progress", {"time": cell.simulation.time, "points": points})
             states.report()
 
     files = list(map(Path, order.files))
@@ -157,7 +158,7 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
     sys.stderr.write(result.error)
     return {
         "outcome": result.outcome.name.lower(),
-        "points": result.score.total,
+        "points": result.points,
         "wall": result.wall,
         "simulated": result.simulated,
         "state_hash": result.state_hash,

@@ -55,12 +55,13 @@ class EvaluatedTrial:
     Attributes:
         name: its name in reports.
         files: its files, as absolute paths.
-        reachable: the most points that an agent can earn in it.
-        best: points of its orders if all of them could be reached.
+        reachable: the most points that an agent can earn in it; 1 with a task, whose success is what counts.
+        best: points of its orders if all of them could be reached; 1 with a task.
         time_limit: simulation time [s] that it lasts at most; None without a limit.
         models: digest of its own models, from `models_digest`.
         given: its files as a user names them on the command line.
         overrides: values that replace those of its files.
+        has_task: whether it has a task.
     """
 
     name: str
@@ -71,6 +72,7 @@ class EvaluatedTrial:
     models: str = ""
     given: tuple[str, ...] = ()
     overrides: tuple[Override, ...] = ()
+    has_task: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -261,6 +261,7 @@ def _described(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
         "name": trial.name,
         "given": names,
         "reachable": trial.reachable,
+        "has_task": trial.has_task,
         "best": trial.best,
         "time_limit": trial.time_limit,
         "overrides": list(map(str, trial.overrides)),
