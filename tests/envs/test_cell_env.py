@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -12,7 +14,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env, data_equivalence
 
-from cellwright import load_trial
+from cellwright import load_robot, load_trial
+from cellwright.config.robot.model import link_poses
 from cellwright.config.trial.catalogue import bundled_tasks
 from cellwright.config.trial.task import Held
 from cellwright.config.trial.trial import Trial
@@ -194,3 +197,40 @@ def test_steps_before_a_reset_and_wrong_actions_are_refused(env: CellEnv) -> Non
     with pytest.raises(UsageError, match="must be finite"):
         env.step(np.full(8, np.nan))
     assert env.info()["time"] == 0.0
+
+
+REACH = """
+cell:
+  robots:
+    tandem: {model: tandem, at: [0.0, 0.0, 0.0], namespace: left}
+  arms:
+    arm: {mount: {kind: rail, at: [0.0, 3.0, 0.9]}}
+  bins: {bin1: {at: [0.8, 0.0], size: [0.4, 0.4], surface: 0.5}}
+time_limit: 1
+task:
+  sentence: Reach the point.
+  success: {link_at: {robot: tandem, link: LINK, at: PLACE, tolerance: 1.0}}
+"""
+"""A robot beside an arm, with a task that is done from the beginning."""
+
+
+def test_a_described_cell_with_a_robot_and_an_arm_is_an_environment(tmp_path: Path) -> None:
+    robot = load_robot("tandem").robot
+    link = [*robot.links][-1]
+    place = [round(value, 2) for value in link_poses(robot, {})[link].position]
+    (tmp_path / "reach.yaml").write_text(REACH.replace("LINK", link).replace("PLACE", str(place)))
+    env = CellEnv(tmp_path / "reach.yaml", control="delta")
+    with closing(env):
+        check_env(env, skip_render_check=True)
+        names = env.agent_pos_names
+        first = next(number for number, name in enumerate(names) if name.startswith("tandem/"))
+        assert names[first - 1] == "suction"
+        before, _ = env.reset(seed=1)
+        action = np.zeros(len(names))
+        action[first] = 1.0 if before["agent_pos"][first] <= 0.0 else -1.0
+        after, reward, terminated, _, _ = env.step(action)
+        assert (reward, terminated) == (1.0, True)
+        assert env.stepper.desired()[first] == pytest.approx(
+            before["agent_pos"][first] + 0.05 * action[first], abs=1e-3
+        )
+        assert np.abs(after["agent_pos"] - before["agent_pos"]).argmax() == first
