@@ -230,7 +230,7 @@ def test_a_described_cell_with_a_robot_and_an_arm_is_an_environment(tmp_path: Pa
         action[first] = 1.0 if before["agent_pos"][first] <= 0.0 else -1.0
         after, reward, terminated, _, _ = env.step(action)
         assert (reward, terminated) == (1.0, True)
-        assert env.stepper.desired()[first] == pytest.approx(
-            before["agent_pos"][first] + 0.05 * action[first], abs=1e-3
-        )
+        assert env.stepper.space.channels[first].unit == "m"  # and 0.5 m/s for a period of 0.05 s
+        moved = env.stepper.desired()[first] - float(before["agent_pos"][first])
+        assert moved == pytest.approx(0.025 * action[first], abs=1e-3)
         assert np.abs(after["agent_pos"] - before["agent_pos"]).argmax() == first
