@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from cellwright import load_trial
+from cellwright.clients.policies.dialects import DIALECT_NAMES
 from cellwright.clients.policies.key_map import (
     Cell,
     Channels,
@@ -131,3 +132,8 @@ def test_missing_section_is_an_error(tmp_path: Path) -> None:
 def test_missing_file_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match=r"none\.yaml: cannot be read"):
         load_map(tmp_path / "none.yaml", CELL)
+
+
+@pytest.mark.parametrize("dialect", DIALECT_NAMES)
+def test_dialect_of_any_wire_is_taken(dialect: str, tmp_path: Path) -> None:
+    assert load(f"dialect: {dialect}\n{BASE}", tmp_path).dialect == dialect

@@ -6,17 +6,14 @@ import time
 from collections.abc import Mapping
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from types import MappingProxyType
-from typing import Final
 from urllib.parse import urlsplit
 
 from cellwright.clients.policies.actions import ActionFormat, extras, server_time
 from cellwright.clients.policies.codec import pack_json, unpack_json
+from cellwright.clients.policies.dialects import ACT_DIALECTS
 from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.sockets import TIMEOUT, check_listens, cut_after, host_and_port, late, policy_key
 from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
-
-ACT_DIALECTS: Final = ("act", "act-encoded")
-"""Dialects: an observation as JSON; and the same as a text in `{"encoded": …}`, answered by a text."""
 
 _MAX_REPLY = 16 * 2**20  # [bytes]: actions alone, as text
 

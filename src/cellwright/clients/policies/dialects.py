@@ -1,4 +1,4 @@
-"""Dialects of OpenPI's websocket: the same frames, with other arrays, fields and resets."""
+"""Dialects by name; those of OpenPI's websocket have the same frames, with other arrays, fields and resets."""
 
 import uuid
 from collections.abc import Mapping
@@ -8,6 +8,11 @@ from typing import Final
 from cellwright.clients.policies.array_forms import LEBEDOV, OPENPI, ArrayForm
 from cellwright.clients.policies.policy import PolicyAnswerError, PolicyError
 from cellwright.util.errors import did_you_mean, one_printable_line
+
+ACT_DIALECTS: Final = ("act", "act-encoded")
+"""Dialects of HTTP: an observation as JSON; and the same as a text in `{"encoded": …}`, answered by a text."""
+GROOT_DIALECTS: Final = ("groot", "groot-sim")
+"""Dialects of GR00T: the policy itself; and behind its wrapper for simulators, with flat keys."""
 
 _VLLM_KEYS = ("action_horizon", "max_action_horizon", "default_action_horizon", "action_dim", "action_keys")
 
@@ -53,6 +58,10 @@ DIALECTS: Final = {
 }
 """Dialects by name: OpenPI itself (openpi@15a9616) and openpi-server; MolmoSpaces and XPolicyLab; RoboArena
 (roboarena@6fa329f) and DreamZero; vLLM-Omni (vllm-omni@83bb06f)."""
+
+
+DIALECT_NAMES: Final = (*DIALECTS, *ACT_DIALECTS, *GROOT_DIALECTS)
+"""Names of the dialects of all wires."""
 
 
 def named_dialect(name: str) -> Dialect:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import zmq
@@ -13,12 +13,10 @@ import zmq
 from cellwright.clients.policies.actions import ActionFormat, server_time
 from cellwright.clients.policies.array_forms import MAX_BYTES, NPY
 from cellwright.clients.policies.codec import pack, unpack
+from cellwright.clients.policies.dialects import GROOT_DIALECTS
 from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.sockets import TIMEOUT, check_listens, host_and_port, late, policy_key
 from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
-
-GROOT_DIALECTS: Final = ("groot", "groot-sim")
-"""Dialects: the policy itself; and behind its wrapper for simulators, with flat keys."""
 
 _PORT = 5555
 _SEEN = ("video", "state", "language")
@@ -105,7 +103,7 @@ class GrootPolicy:
             modality, _, name = key.partition(".")
             values = {name: value} if name else value
             if modality not in found or not isinstance(values, Mapping):
-                raise MessageError(f"{key}: a key must be video.NAME, state.NAME or language.NAME")
+                raise MessageError(f"{key}: a key must be video.NAME, state.NAME or language.NAME; map the names")
             found[modality].update(values)
         batched = {
             modality: {name: self._with_axes(modality, name, value) for name, value in values.items()}

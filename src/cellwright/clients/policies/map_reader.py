@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cellwright.clients.policies.dialects import DIALECTS
+from cellwright.clients.policies.dialects import DIALECT_NAMES
 from cellwright.clients.policies.key_map import (
     SENTENCE,
     Cell,
@@ -65,7 +65,7 @@ def _map_of(text: JoinedText, cell: Cell) -> KeyMap:
             "rate": _rate(cell.timestep),
             "chunk": read.whole(1, _MAX_COUNT),
             "stale": read.choice(("drop", "play")),
-            "dialect": read.one_of(DIALECTS, "dialect"),
+            "dialect": read.one_of(DIALECT_NAMES, "dialect"),
         },
         strict="entry",
     )
