@@ -25,6 +25,7 @@ PAGES = [
     "docs/own-cell.md",
     "docs/agents.md",
     "docs/look.md",
+    "docs/tasks.md",
     "docs/trials.md",
     "docs/own-models.md",
     "docs/plugins.md",

@@ -11,6 +11,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.motion import Joints, along, move, solve, straight, tool_down
 from cellwright.running.run import Outcome, RunResult, cell_result
+from tests.cell.tasks.humanoid_agents import Giver, Reacher
 
 SEED = 2
 
@@ -47,6 +48,13 @@ def test_kitter_succeeds(name: str) -> None:
     assert result.success, result.error
     assert result.outcome is Outcome.DONE
     assert result.simulated == result.succeeded_at
+
+
+@pytest.mark.parametrize(("name", "program"), [("reach", Reacher), ("bimanual_reach", Reacher), ("hand_over", Giver)])
+def test_humanoid_succeeds(name: str, program: type[Agent]) -> None:
+    result = worked(name, program())
+    assert result.success, result.error
+    assert result.outcome is Outcome.DONE
 
 
 def test_short_program_places_the_part_that_the_cup_holds() -> None:
