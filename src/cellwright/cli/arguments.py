@@ -44,7 +44,10 @@ TRIAL = argument(
     "`final01+kitter_sensors`.",
 )
 
-AGENT_HELP = "Agent: `kitter`, `lesson`, or your own as `path.py:Class` or `module:Class`"
+AGENT_HELP = (
+    "Agent: `kitter`, `lesson`, your own as `path.py:Class` or `module:Class`, or the commands of a recording as "
+    "`replay:run.mcap`"
+)
 LOCKSTEP_HELP = "Advance simulation time only on a client's request"
 VIEW_HELP = "Show it on a page in a browser; the page's address is printed."
 ROBOT_HELP = (

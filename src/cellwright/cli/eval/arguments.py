@@ -22,6 +22,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.outputs.tracking import Tracking
 from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest
+from cellwright.running.evaluation.plan.recordings import is_replay
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
 from cellwright.running.evaluation.results.summary import Threshold
@@ -258,6 +259,8 @@ class EvaluationArguments:
         if len(specs) > 1 and self.ray is not None:
             options.refuse("--ray: takes one --latency; leave out the others")
         _ = self.part, self.limits.limits()
+        if self.ray is not None and is_replay(self.agent):
+            options.refuse(f"--agent {self.agent}: recordings do not get to the nodes of --ray; leave one out")
         if self.rule is not None:
             refused = {"--shard": self.shard is not None, "--agents": bool(self.agents), "--repeat": self.repeat}
             if given := [name for name, is_given in refused.items() if is_given]:

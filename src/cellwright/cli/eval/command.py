@@ -146,7 +146,7 @@ def _work(
 
         def begin(known: Sequence[Result]) -> None:
             if (len(known) < len(jobs) if queue is None else queue.left) and (
-                problem := runner.check_agent(jobs[0].agent)
+                problem := runner.check_agent(jobs[0].program)
             ):
                 options.refuse(problem)
             with options.errors_of("--log"):

@@ -2,6 +2,8 @@
 
 import inspect
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from cellwright.clients.client.client import Client
@@ -15,6 +17,11 @@ BUNDLED = {
     "lesson": "cellwright.clients.agents.lesson:LessonAgent",
 }
 """Agents bundled with Cellwright, by name."""
+
+REPLAY = "replay:"
+"""Begin of the name of an agent that sends the commands of a recording again; its path follows."""
+_REPLAY_AGENT = "cellwright.recording.replay.recorded_agent:RecordedAgent"
+"""It reads recordings, which this room does not know; it is loaded for such a name alone."""
 
 
 @runtime_checkable
@@ -44,7 +51,7 @@ class AgentError(CellwrightError):
 
 
 def find_agent(name: str) -> Callable[[], Agent]:
-    """Return a factory for an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
+    """Return a factory for an agent: a name, `path/to/file.py:Class`, `package.module:Class`, or `replay:run.mcap`.
 
     `policy` is followed by the words of a command line (`cellwright.clients.policies.spec`). Bundled agents are looked
     up by name first, then those of other packages (`cellwright.util.plugins`).
@@ -58,6 +65,8 @@ def find_agent(name: str) -> Callable[[], Agent]:
         return maker_of(f"agent {name}", plugins.load("agents", name))
     if is_policy(name):
         return _policy_maker(name)
+    if name.startswith(REPLAY):
+        return partial(_make_replay, Path(name.removeprefix(REPLAY)))
     target = BUNDLED.get(name, name)
     if not plugins.is_class_path(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
@@ -73,6 +82,14 @@ def _policy_maker(words: str) -> Callable[[], Agent]:
         return policy_agent(words)
     except (PolicyError, UsageError) as error:
         raise AgentError(str(error)) from None
+
+
+def _make_replay(path: Path) -> Agent:
+    try:
+        found: Agent = plugins.find_class(_REPLAY_AGENT, method="run", error=AgentError)(path)
+    except UsageError as error:
+        raise AgentError(f"{REPLAY}{error}") from error
+    return found
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:

@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from cellwright._package import FOLDER
-from cellwright.clients.agents.agent import BUNDLED
+from cellwright.clients.agents.agent import BUNDLED, REPLAY
 from cellwright.clients.policies.latency import Latency
 from cellwright.clients.policies.spec import PolicySpec, is_policy
 from cellwright.config.parsing.overrides import Override
 from cellwright.config.trial.joining import joined_name
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation.plan.imports import imported_files, module_files
+from cellwright.running.evaluation.plan.recordings import Recordings, is_replay
 from cellwright.running.run import versions
 from cellwright.util.plugins import is_class_path
 
@@ -86,6 +87,7 @@ class Job:
         over: `socket` for a program in a process of its own; empty for one in the referee's.
         verify: whether its commands are played once more, in a process without the program.
         latency: latency of its policy, where an evaluation compares several; empty otherwise.
+        recording: file whose commands the agent `replay:…` sends in this run; empty for any other agent.
     """
 
     trial: EvaluatedTrial
@@ -96,10 +98,13 @@ class Job:
     over: str = ""
     verify: bool = False
     latency: str = ""
+    recording: str = ""
 
     @property
     def program(self) -> str:
-        """Name of the agent of its run, as `find_agent` takes it: that of a policy has its latency and its seed."""
+        """Name of its agent, as `find_agent` takes it: with its recording, or the latency and seed of its policy."""
+        if self.recording:
+            return f"{REPLAY}{self.recording}"
         if not is_policy(self.agent):
             return self.agent
         spec = PolicySpec.read(self.agent)
@@ -123,7 +128,7 @@ class Job:
         more = ["--vary"] if self.vary else []
         more += [word for each in self.trial.overrides for word in ("--set", str(each))]
         more += ["--over", self.over, "--lockstep"] if self.over else []
-        agent = ["--agent", self.agent]
+        agent = ["--agent", self.program]
         if is_policy(self.agent):
             agent = shlex.split(replace(PolicySpec.read(self.program), seed=0).words)[1:]
         words = ["cellwright", "run", joined_name(files), *agent, "--seed", str(self.seed), *more]
@@ -153,8 +158,14 @@ def make_jobs(
     verify: bool = False,
     latencies: Sequence[str] = ("",),
 ) -> list[Job]:
-    """Return a job for every trial with every latency and seed; `over` and `verify` as for `Job`."""
-    program = agent_digest(agent)
+    """Return a job for every trial with every latency and seed; `over` and `verify` as for `Job`.
+
+    Raises:
+        UsageError: the agent sends recorded commands, and there is no recording for a run.
+        OSError: a file cannot be read.
+    """
+    recordings = Recordings(agent) if is_replay(agent) else None
+    program = agent_digest(agent) if recordings is None else agent
     jobs: dict[str, Job] = {}
     for trial, latency in product(trials, latencies):
         facts = key_facts(trial, program)
@@ -162,8 +173,10 @@ def make_jobs(
         facts |= {"latency": latency} if latency else {}
         swept = trial if not latency else replace(trial, name=f"{trial.name} {LATENCY}={latency_value(latency)}")
         for seed in seeds:
-            key = _key(facts, seed, vary=vary)
-            jobs.setdefault(key, Job(swept, agent, seed, vary, key, over, verify, latency))
+            recording = "" if recordings is None else str(recordings.of(swept.name, seed, vary=vary))
+            own = {"recording": _sources_digest([Path(recording)])} if recording else {}
+            key = _key(facts | own, seed, vary=vary)
+            jobs.setdefault(key, Job(swept, agent, seed, vary, key, over, verify, latency, recording))
     return list(jobs.values())
 
 
