@@ -67,7 +67,7 @@ class NumberArguments:
         option(
             "W",
             "Run each trial with the seeds 1, 2, 3, … until the 95 % interval is at most this wide, such as 0.14: that "
-            "of the share of runs that pass, or of the points without --min-score.",
+            "of the share of runs that pass, or of the points without a task and without --min-score.",
             _NUMBER,
         ),
     ] = None

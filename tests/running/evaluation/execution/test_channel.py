@@ -41,6 +41,8 @@ REPORT: dict[str, Any] = {
     "points": 2.0,
     "wall": 1.0,
     "simulated": 20.0,
+    "steps": 10_000,
+    "success": None,
     "state_hash": "0f" * 32,
     "score": SCORE,
     "timeline": TIMELINE,

@@ -7,7 +7,16 @@ from cellwright.running.evaluation.execution.replayed import first_difference
 
 
 def report(**changes: object) -> Report:
-    known = {"outcome": "done", "points": 4.0, "wall": 1.0, "simulated": 20.0, "state_hash": "a" * 64, "error": ""}
+    known = {
+        "outcome": "done",
+        "points": 4.0,
+        "wall": 1.0,
+        "simulated": 20.0,
+        "state_hash": "a" * 64,
+        "error": "",
+        "steps": 10,
+        "success": None,
+    }
     return Report(**{"score": {"orders": [1]}, "timeline": {}, **known, **changes})  # type: ignore[arg-type]
 
 
@@ -20,6 +29,11 @@ def report(**changes: object) -> Report:
         ({"outcome": "crashed"}, {"outcome": "until"}, ""),
         ({}, {"outcome": "time_limit"}, "its commands alone end as time_limit, but done was reported"),
         ({"score": {"orders": [2]}}, {}, "its commands alone give other kits than were reported"),
+        (
+            {"success": True},
+            {"success": False},
+            "its commands alone do not succeed in the task, other than was reported",
+        ),
         ({"state_hash": "b" * 64}, {}, "its commands alone lead to another state of the cell"),
     ],
 )

@@ -153,3 +153,10 @@ def same(first: float | None, second: float | None) -> bool:
 def test_lone_surrogate_is_escaped() -> None:
     (row,) = rows(result(reason="no file caf\udce9"))
     assert row["reason"] == "no file caf\\udce9"
+
+
+def test_success_steps_and_class_of_errors_are_columns() -> None:
+    first, second = rows(result(success=True, steps=10_000), result(0.0, seed=2, outcome="unstable", success=False))
+    assert (first["success"], first["steps"], first["error_class"]) == (True, 10_000, "none")
+    assert (second["success"], second["steps"], second["error_class"]) == (False, 0, "simulation")
+    assert rows(result())[0]["success"] is None

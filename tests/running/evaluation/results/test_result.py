@@ -6,6 +6,7 @@ import pytest
 
 from cellwright.running.evaluation.outputs.report import report
 from cellwright.running.evaluation.results.result import Result, ResultError
+from tests.running.evaluation.made_results import result
 
 PART: dict[str, Any] = {
     "type": "gear_part", "sentence": "there", "presence": 1, "pose": 0.0, "reachable_presence": 1, "reachable_pose": 1,
@@ -83,3 +84,17 @@ def test_misfit_in_result_is_refused_with_place(way: str, value: object, what: s
 def test_lost_run_without_score_and_timeline_is_valid() -> None:
     bare = {**WHOLE, "log": [], "score": {}, "timeline": {}}
     assert "lesson" in report([Result.from_json(bare)], None)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "kind"),
+    [
+        ("done", "none"),
+        ("unstable", "simulation"),
+        *[(each, "policy") for each in ("crashed", "gave_up", "time_limit", "wall_limit", "died", "no_order")],
+    ],
+)
+def test_cause_of_an_end_is_one_of_three_classes(outcome: str, kind: str) -> None:
+    assert result(outcome=outcome).error_class == kind
+    # nothing went wrong in a trial without an order
+    assert result(0.0, outcome="no_order", reachable=0.0).error_class == "none"

@@ -107,3 +107,10 @@ def test_coverage_of_the_rule_is_near_95_percent_for_all_rates() -> None:
     found = [coverage(rate, WidthRule(0.2, 10, 100))[0] for rate in np.linspace(0.5, 0.98, 49)]
     assert min(found) >= 0.92, min(found)
     assert 0.94 <= float(np.mean(found)) <= 0.96, np.mean(found)
+
+
+def test_rate_of_a_task_is_what_the_rule_narrows() -> None:
+    succeeded = [result(0.0, seed=seed, success=True) for seed in range(1, 11)]
+    low, high = rate_interval(10, 10) or (0.0, 1.0)
+    assert WidthRule(high - low).is_met(succeeded)
+    assert not WidthRule(high - low - 1e-6).is_met(succeeded)

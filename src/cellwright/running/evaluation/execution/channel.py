@@ -46,6 +46,8 @@ class Report(Struct, frozen=True, forbid_unknown_fields=True):
     points: _Amount
     wall: _Amount
     simulated: _Amount
+    steps: Annotated[int, Meta(ge=0, le=1 << 53)]
+    success: bool | None
     state_hash: _Hash
     score: dict[str, Any]
     timeline: dict[str, Any]

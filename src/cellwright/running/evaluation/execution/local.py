@@ -282,7 +282,7 @@ class LocalRunner(Runner):
         _verification_log(self._beside(LOGS, job.log_name)).unlink(missing_ok=True)
         if not self._options.records:
             self._record_of(job).unlink(missing_ok=True)
-        return replace(claim, score=played.score, timeline=played.timeline, verified=True)
+        return replace(claim, success=played.success, score=played.score, timeline=played.timeline, verified=True)
 
     def _keep_state(self, worker: WorkerProcess, job: Job) -> None:
         """Write the last state of a run; without one its result counts all the same."""
@@ -318,7 +318,7 @@ class LocalRunner(Runner):
         """
         error = report.error.strip()
         last = printable(error.splitlines()[-1], _MAX_REASON) if error else ""
-        names = ("outcome", "points", "wall", "simulated", "state_hash", "score", "timeline")
+        names = ("outcome", "points", "wall", "simulated", "steps", "success", "state_hash", "score", "timeline")
         content = {name: getattr(report, name) for name in names}
         result = Result.of(job, self._limits, reason=last, **content)
         result.check()

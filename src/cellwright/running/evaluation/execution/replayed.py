@@ -58,9 +58,12 @@ def first_difference(reported: Report, played: Report) -> str:
     """Return the first difference of a run from its commands alone, in words; empty if there is none."""
     if abs(reported.points - played.points) > POINT_TOLERANCE:
         return f"its commands alone earn {played.points:g} points, but {reported.points:g} were reported"
-    words = {outcome.name.lower() for outcome in _OF_THE_CELL}
+    if reported.success != played.success:
+        words = "succeed" if played.success else "do not succeed"
+        return f"its commands alone {words} in the task, other than was reported"
+    decided = {outcome.name.lower() for outcome in _OF_THE_CELL}
     # How a program ends, such as by a crash, its commands do not show. What the cell decides, they do.
-    if reported.outcome != played.outcome and (reported.outcome in words or played.outcome == "unstable"):
+    if reported.outcome != played.outcome and (reported.outcome in decided or played.outcome == "unstable"):
         return f"its commands alone end as {played.outcome}, but {reported.outcome} was reported"
     if _kits(reported.score) != _kits(played.score):
         return "its commands alone give other kits than were reported"

@@ -161,6 +161,8 @@ def work(order: JobOrder, channel: SignedChannel) -> dict[str, Any]:
         "points": result.points,
         "wall": result.wall,
         "simulated": result.simulated,
+        "steps": result.steps,
+        "success": result.success,
         "state_hash": result.state_hash,
         "score": evidence_to_json(result.evidence),
         "timeline": timeline.as_json(),

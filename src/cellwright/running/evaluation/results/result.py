@@ -55,6 +55,8 @@ RESULT_FORM: Mapping[str, Any] = {
     "log": [str],
     "over": str,
     "verified": bool,
+    "steps": int,
+    "success": Maybe(bool),
 }
 """Form of a result."""
 
@@ -104,6 +106,8 @@ class Result:
         overrides: values that replaced those of the trial's files, as YAML texts by key.
         over: `socket` if the program ran in a process of its own; empty if it ran in the referee's.
         verified: True if its commands gave the same result in a process without the program.
+        steps: number of steps of the simulation.
+        success: whether the task has succeeded; None in a trial without one, or if its process could not report it.
     """
 
     key: str
@@ -127,6 +131,8 @@ class Result:
     overrides: dict[str, str] = field(default_factory=dict)
     over: str = ""
     verified: bool = False
+    steps: int = 0
+    success: bool | None = None
 
     @classmethod
     def of(cls, job: Job, limits: RunLimits, **content: Any) -> Result:
@@ -170,6 +176,17 @@ class Result:
     def has_failed(self) -> bool:
         """True if the run broke off: it crashed, became unstable, or was lost."""
         return self.is_lost or self.outcome in (Outcome.CRASHED.name.lower(), Outcome.UNSTABLE.name.lower())
+
+    @property
+    def error_class(self) -> str:
+        """Class of what ended the run: `none` (it was done), `simulation` (the physics broke down), or `policy`.
+
+        `policy` is the program: it ran into a limit, gave up, crashed, or its process died. What the machine or a
+        policy's server does is no result: such a run is repeated, and has none until it ends on its own.
+        """
+        if self.is_done or self.is_unjudged:
+            return "none"
+        return "simulation" if self.outcome == Outcome.UNSTABLE.name.lower() else "policy"
 
     def counts_under(self, limits: Mapping[str, float]) -> bool:
         """Return whether the result is valid under these limits; only that of a lost run depends on them."""
@@ -261,7 +278,7 @@ def _find_impossible(document: Mapping[str, Any]) -> str:
     """Return why no run has the values of a result that has the right form; empty if one may."""
     if document["outcome"] not in OUTCOMES and document["outcome"] not in tuple(Lost):
         return f"unknown outcome {document['outcome']!r:.40}"
-    if negative := [name for name in ("points", "reachable", "wall", "simulated") if document[name] < 0.0]:
+    if negative := [name for name in ("points", "reachable", "wall", "simulated", "steps") if document[name] < 0.0]:
         return f"{negative[0]} must not be negative (got {document[negative[0]]:g})"
     if document["points"] > document["reachable"] + POINT_TOLERANCE:
         return f"points must be at most the attainable {document['reachable']:g} (got {document['points']:g})"

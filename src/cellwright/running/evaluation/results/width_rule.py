@@ -76,5 +76,5 @@ class WidthRule:
                     return end
         return self.most
 
-    def _is_of_rate(self, _group: Sequence[Result]) -> bool:
-        return self.threshold is not None
+    def _is_of_rate(self, group: Sequence[Result]) -> bool:
+        return self.threshold is not None or any(result.success is not None for result in group)
