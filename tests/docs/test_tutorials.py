@@ -24,6 +24,7 @@ PAGES = [
     "docs/find-parts.md",
     "docs/own-cell.md",
     "docs/agents.md",
+    "docs/latency.md",
     "docs/look.md",
     "docs/tasks.md",
     "docs/trials.md",

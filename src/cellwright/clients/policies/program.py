@@ -10,7 +10,7 @@ from cellwright.clients.policies.baselines import BASELINES
 from cellwright.clients.policies.connect import connect
 from cellwright.clients.policies.key_map import RATE, Cell
 from cellwright.clients.policies.map_reader import load_map
-from cellwright.clients.policies.policy import Policy, PolicyError
+from cellwright.clients.policies.policy import Policy, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.recorded import RecordedPolicy
 from cellwright.clients.policies.spec import PolicySpec
 from cellwright.config.control import ControlSpace, period_ticks
@@ -58,7 +58,12 @@ def check_policy(words: str, trial: Trial) -> None:
 
 def _made(spec: PolicySpec, setting: Setting) -> Policy:
     form = ActionFormat(dimension=setting.key_map.size)
-    return connect(spec.policy, dialect=setting.key_map.dialect or None, actions=form, space=setting.cell.space)
+    dialect = setting.key_map.dialect or None
+    try:
+        return connect(spec.policy, dialect=dialect, actions=form, space=setting.cell.space)
+    except PolicyError as error:
+        # an unknown dialect, say: like a server that is not there, it tells nothing of the policy
+        raise PolicyConnectionError(str(error)) from None
 
 
 def _check_name(name: str) -> None:
