@@ -31,7 +31,7 @@ class TaskMonitor(Device):
     Example:
         >>> from cellwright import Cell, load_trial
         >>> cell = Cell(load_trial("pick_from_bin"))
-        >>> cell.task.success, cell.task.reward()
+        >>> cell.task.success, round(cell.task.reward(), 2)
         (False, 0.0)
     """
 
