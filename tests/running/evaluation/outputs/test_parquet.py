@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pyarrow import parquet
 
 from cellwright.running.evaluation.outputs.parquet import COLUMNS, FORMAT_VERSION, parquet_table
-from cellwright.running.evaluation.plan.job import repeated_key
+from cellwright.running.evaluation.plan.job import LATENCY, repeated_key
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.run import versions
 from tests.running.evaluation.made_results import CRASHED, LOST, SCORE, TIMELINE, result, worked
@@ -160,3 +160,9 @@ def test_success_steps_and_class_of_errors_are_columns() -> None:
     assert (first["success"], first["steps"], first["error_class"]) == (True, 10_000, "none")
     assert (second["success"], second["steps"], second["error_class"]) == (False, 0, "simulation")
     assert rows(result())[0]["success"] is None
+
+
+@pytest.mark.parametrize(("value", "latency"), [("120", 0.12), ("measured", None), ("", None)])
+def test_latency_that_is_compared_is_a_column(value: str, latency: float | None) -> None:
+    (row,) = rows(result(overrides={LATENCY: value} if value else {}))
+    assert row["latency"] == latency

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
-from cellwright.running.evaluation.plan.job import repeated_key
+from cellwright.running.evaluation.plan.job import LATENCY, repeated_key
 from cellwright.running.evaluation.results.measures import MEASURES
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.run import versions
@@ -68,6 +68,7 @@ _AGVS: _Columns = {"agv": _TEXT, "begin": "s", "end": "s", "state": _TEXT}
 COLUMNS: _Columns = {
     "trial": _TEXT,
     "overrides": [_OVERRIDES],
+    "latency": "s",
     "agent": _TEXT,
     "seed": _WHOLE,
     "vary": _TRUTH,
@@ -148,6 +149,7 @@ def _row(result: Result, *, is_repetition: bool) -> dict[str, Any]:
     row = {
         **{name: getattr(result, name) for name in COLUMNS if hasattr(result, name)},
         "overrides": [{"key": key, "value": value} for key, value in result.overrides.items()],
+        "latency": _latency(result),
         "is_repetition": is_repetition,
         **{name: fmean(each) if each else None for name, each in values.items()},
         **{f"limit_{name}": value for name, value in result.limits.items()},
@@ -164,6 +166,14 @@ def _row(result: Result, *, is_repetition: bool) -> dict[str, Any]:
         "agvs": spans,
     }
     return _fitted(row, COLUMNS)
+
+
+def _latency(result: Result) -> float | None:
+    """Return the latency [s] of a policy where an evaluation compares fixed ones; None otherwise."""
+    try:
+        return float(result.overrides.get(LATENCY, "")) / 1000.0
+    except ValueError:
+        return None
 
 
 def _kits(result: Result) -> Iterator[dict[str, Any]]:
