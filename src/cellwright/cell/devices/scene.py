@@ -88,12 +88,6 @@ class SceneModel:
     tray: Carrier | None = None
 
 
-def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
-    """Return world_T_body of some bodies, as of the engine's last kinematics update."""
-    poses = zip(data.xpos[bodies].tolist(), data.xquat[bodies].tolist(), strict=True)
-    return [Pose((x, y, z), (qw, qx, qy, qz)) for (x, y, z), (qw, qx, qy, qz) in poses]
-
-
 def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     """Return the ids of the colliding geoms of a body and of all bodies below it."""
     bodies = {body}

@@ -3,12 +3,11 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import TfFrame
-from cellwright.cell.devices.scene import body_poses
 from cellwright.cell.model.link_frames import frames_by_link
 from cellwright.config.layout.arm_models import chain_in_engine, links_by_frame
 from cellwright.config.layout.arms import Arm
@@ -17,14 +16,20 @@ from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
 from cellwright.config.ur10 import WRIST_3_T_TOOL
 from cellwright.engine.simulation import Simulation
+from cellwright.middleware.messages.conversions import stamp
+from cellwright.middleware.messages.standard import Header, Quaternion, Transform, TransformStamped, Vector3
 from cellwright.rendering.camera import OPTICAL
-from cellwright.util.pose import Pose
+from cellwright.util import pose as poses
+from cellwright.util.pose import Pose, relative
 
 LINK_FRAMES = (
     TfFrame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
     *(TfFrame("wrist_3_link", name, pose) for name, pose in WRIST_3_T_TOOL.items()),
 )
 """Frames without a body that are fixed to a link of the arm."""
+
+_Link: TypeAlias = tuple[str, str, poses.Vector3, poses.Quaternion]
+"""Frame as bare numbers: that of its parent, its own, position [m] and quaternion (w, x, y, z) in its parent."""
 
 
 def static_frames(trial: Trial) -> list[TfFrame]:
@@ -57,28 +62,31 @@ def on_link(camera: PictureCameraConfig, trial: Trial) -> PictureCameraConfig:
     return replace(camera, frame=links_by_frame(trial.arms, trial.arm_models).get(camera.frame, camera.frame))
 
 
-def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
-    """Return a function that computes the present frames of the links that the arm's joints move."""
+def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[int], list[TransformStamped]]:
+    """Return a function that takes a time [ns], and gives the present frames of the links that the arm's joints move.
+
+    It makes the messages from bare numbers: /tf is the most expensive topic of a recording.
+    """
     found = []
     for arm in trial.arms:
         driven = chain_in_engine(arm, trial.arm_models).driven
-        found.append(_frames(simulation, [(joint.parent, joint.child) for joint in driven], arm.frame_of))
-    return lambda: [frame for read in found for frame in read()]
+        found.append(_links(simulation, [(joint.parent, joint.child) for joint in driven], arm.frame_of))
+    return lambda time: _transforms([link for read in found for link in read()], time)
 
 
-def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[TfFrame]]:
-    """Return a function that computes the present frames of all links and cameras of robots."""
+def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[int], list[TransformStamped]]:
+    """Return a function that takes a time [ns], and gives the present frames of all links and cameras of robots."""
     found = []
-    cameras: list[TfFrame] = []
+    cameras: list[_Link] = []
     for robot in trial.layout.robots:
         for name, camera in picture_cameras(trial.robot_models[robot.name]).items():
-            frame = f"{robot.frame_prefix}{name}"
-            cameras.append(TfFrame(robot.frame_of(camera.frame), f"{frame}_frame", camera.pose))
-            cameras.append(TfFrame(f"{frame}_frame", f"{frame}_optical_frame", OPTICAL))
+            frame, pose = f"{robot.frame_prefix}{name}", camera.pose
+            cameras.append((robot.frame_of(camera.frame), f"{frame}_frame", pose.position, pose.quaternion))
+            cameras.append((f"{frame}_frame", f"{frame}_optical_frame", OPTICAL.position, OPTICAL.quaternion))
         described = trial.robot_models[robot.name].robot.prefixed(robot.prefix)
         pairs = [("world", described.root), *((joint.parent, joint.child) for joint in described.joints)]
-        found.append(_frames(simulation, pairs, robot.frame_of))
-    return lambda: [*(frame for read in found for frame in read()), *cameras]
+        found.append(_links(simulation, pairs, robot.frame_of))
+    return lambda time: _transforms([*(link for read in found for link in read()), *cameras], time)
 
 
 def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
@@ -86,12 +94,13 @@ def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
 
     Those of an arm that stands on a link of another one, or of a robot, are fixed to this link.
     """
-    frames, read = [], partial(_frames, simulation, frame_of=frames_by_link(trial).__getitem__)
+    frames, frame_of = [], frames_by_link(trial).__getitem__
     for arm in trial.arms:
         robot = chain_in_engine(arm, trial.arm_models)
         fixed = [(joint.parent, joint.child) for joint in robot.joints if not joint.is_driven]
         below = "world" if arm.mount.on is None else arm.mount.on.body
-        frames += [*read([(below, robot.root)])(), *link_frames(arm), *read(fixed)()]
+        root, links = (_links(simulation, pairs, frame_of)() for pairs in ([(below, robot.root)], fixed))
+        frames += [*map(_frame, root), *link_frames(arm), *map(_frame, links)]
     return frames
 
 
@@ -101,17 +110,37 @@ def link_frames(arm: Arm) -> list[TfFrame]:
     return [TfFrame(prefix + each.parent, prefix + each.child, each.pose) for each in found]
 
 
-def _frames(
+def _links(
     simulation: Simulation, pairs: Sequence[tuple[str, str]], frame_of: Callable[[str], str]
-) -> Callable[[], list[TfFrame]]:
+) -> Callable[[], list[_Link]]:
     """Return a function that computes the present frame of the second body of each pair in that of the first."""
     names = list(dict.fromkeys(name for pair in pairs for name in pair))
     shown = {name: name if name == "world" else frame_of(name) for name in names}
+    places = {name: place for place, name in enumerate(names)}
+    links = [(places[parent], places[child], shown[parent], shown[child]) for parent, child in pairs]
     bodies = np.array([simulation.model.body(name).id for name in names], dtype=np.intp)
 
-    def read() -> list[TfFrame]:
+    def read() -> list[_Link]:
         simulation.refresh()
-        poses = dict(zip(names, body_poses(simulation.data, bodies), strict=True))
-        return [TfFrame(shown[parent], shown[child], poses[parent].relative(poses[child])) for parent, child in pairs]
+        data = simulation.data
+        at, turns = data.xpos.take(bodies, 0).tolist(), data.xquat.take(bodies, 0).tolist()
+        return [
+            (parent, child, *relative(at[one], turns[one], at[other], turns[other]))
+            for one, other, parent, child in links
+        ]
 
     return read
+
+
+def _frame(link: _Link) -> TfFrame:
+    parent, child, position, quaternion = link
+    return TfFrame(parent, child, Pose(position, quaternion))
+
+
+def _transforms(links: Sequence[_Link], time: int) -> list[TransformStamped]:
+    """Return links as messages at a time [ns]."""
+    at = stamp(time)
+    return [
+        TransformStamped(Header(at, parent), child, Transform(Vector3(*position), Quaternion(x, y, z, w)))
+        for parent, child, position, (w, x, y, z) in links
+    ]

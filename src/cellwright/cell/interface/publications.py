@@ -162,13 +162,13 @@ class CellPublications(Device):
         """Frames of the arm's moving links."""
         frames = arm_frames(self._cell.simulation, self._cell.trial)
         clock = self._cell.simulation.clock
-        output.sample(lambda: frames_message(frames(), clock.message_time()))
+        output.sample(lambda: TFMessage(frames(clock.message_time())))
 
     def robot_frames(self, output: Output) -> None:
         """Frames of links and cameras of robots; of their own, since robot_state_publisher of ROS 1 knows only arms."""
         frames = robot_frames(self._cell.simulation, self._cell.trial)
         clock = self._cell.simulation.clock
-        output.sample(lambda: frames_message(frames(), clock.message_time()))
+        output.sample(lambda: TFMessage(frames(clock.message_time())))
 
     def static_frames(self, output: Output) -> None:
         """Frames that never move, once in a run."""
