@@ -218,6 +218,18 @@ def test_cell_without_an_arm_is_refused() -> None:
         check_policy(spec().words, BARE)
 
 
+def test_policy_of_groot_needs_names_of_its_own(tmp_path: Path) -> None:
+    address = "tcp://127.0.0.1:5555"
+    with pytest.raises(UsageError, match=r"names of their own for what they see; add --policy-map"):
+        check_policy(PolicySpec.of(address).words, CELL)
+    file = tmp_path / "map.yaml"
+    file.write_text("observation: {prompt: {text: 'go'}}\nactions: [{channels: all}]\n")
+    with pytest.raises(UsageError, match=r"begins with video, state, language \(got prompt\); write state\.prompt"):
+        check_policy(PolicySpec.of(address, map_file=str(file)).words, CELL)
+    file.write_text("observation: {state.joints: {channels: all}}\nactions: [{channels: all}]\n")
+    check_policy(PolicySpec.of(address, map_file=str(file)).words, CELL)
+
+
 @pytest.mark.parametrize("power", [0.0, 50.0, 100.0])
 def test_belt_carries_a_part_on_while_the_policy_thinks(power: float) -> None:
     part = Part("gear_part_1", "gear_part", Pose((1.21, 2.0, BELT_SURFACE + 0.001)))

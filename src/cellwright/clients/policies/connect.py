@@ -87,3 +87,6 @@ _WIRES: Final[Mapping[str, Callable[..., Policy]]] = {
     "https": ActPolicy,
     "tcp": _groot,
 }
+
+SCHEMES: Final = tuple(_WIRES)
+"""Schemes of addresses of policy servers."""

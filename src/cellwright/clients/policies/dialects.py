@@ -14,6 +14,9 @@ ACT_DIALECTS: Final = ("act", "act-encoded")
 GROOT_DIALECTS: Final = ("groot", "groot-sim")
 """Dialects of GR00T: the policy itself; and behind its wrapper for simulators, with flat keys."""
 
+GROOT_MODALITIES: Final = ("video", "state", "language")
+"""What a policy of GR00T sees; its names are such as `video.NAME`."""
+
 _VLLM_KEYS = ("action_horizon", "max_action_horizon", "default_action_horizon", "action_dim", "action_keys")
 
 

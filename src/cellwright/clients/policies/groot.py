@@ -13,13 +13,12 @@ import zmq
 from cellwright.clients.policies.actions import ActionFormat, server_time
 from cellwright.clients.policies.array_forms import MAX_BYTES, NPY
 from cellwright.clients.policies.codec import pack, unpack
-from cellwright.clients.policies.dialects import GROOT_DIALECTS
+from cellwright.clients.policies.dialects import GROOT_DIALECTS, GROOT_MODALITIES
 from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.sockets import TIMEOUT, check_listens, host_and_port, late, policy_key
 from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
 
 _PORT = 5555
-_SEEN = ("video", "state", "language")
 
 
 class GrootPolicy:
@@ -98,7 +97,7 @@ class GrootPolicy:
 
     def _batched(self, observation: Mapping[str, object]) -> dict[str, object]:
         """Return an observation as the server wants it, with the axes of batch and time."""
-        found: dict[str, dict[str, object]] = {each: {} for each in _SEEN}
+        found: dict[str, dict[str, object]] = {each: {} for each in GROOT_MODALITIES}
         for key, value in observation.items():
             modality, _, name = key.partition(".")
             values = {name: value} if name else value
@@ -208,7 +207,7 @@ def _modality(name: str, described: object) -> dict[str, Any]:
     listed = isinstance(keys, list) and isinstance(steps, list)
     if not isinstance(fields, dict) or not listed or not all(isinstance(each, str) for each in keys or ()):
         raise PolicyAnswerError(f"modality {name}: it must have lists modality_keys and delta_indices")
-    if name in _SEEN and steps != [0]:
+    if name in GROOT_MODALITIES and steps != [0]:
         raise PolicyAnswerError(
             f"modality {name}: only the present observation can be sent (its delta_indices are {steps}); "
             "serve a policy with [0]"

@@ -1,26 +1,26 @@
 """Agents of policies by the words of a command line, and their check against a trial before anything starts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.agent import PolicyAgent, Setting
 from cellwright.clients.policies.baselines import BASELINES
-from cellwright.clients.policies.connect import connect
+from cellwright.clients.policies.connect import SCHEMES, connect
+from cellwright.clients.policies.dialects import GROOT_MODALITIES
 from cellwright.clients.policies.key_map import RATE, Cell
 from cellwright.clients.policies.map_reader import load_map
 from cellwright.clients.policies.policy import Policy, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.recorded import RecordedPolicy
-from cellwright.clients.policies.spec import PolicySpec
+from cellwright.clients.policies.spec import MAP, PolicySpec
 from cellwright.config.control import ControlSpace, period_ticks
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
 from cellwright.util import plugins
 from cellwright.util.errors import UsageError
 
-SCHEMES = ("ws", "wss", "http", "https", "tcp")
-"""Schemes of addresses of policy servers."""
+_GROOT = "tcp://"
 
 
 def policy_agent(words: str) -> Callable[[], PolicyAgent]:
@@ -43,7 +43,8 @@ def check_policy(words: str, trial: Trial) -> None:
 
     Raises:
         DescriptionError: its map cannot be read, or names what the cell does not have.
-        UsageError: the cell has nothing to command, or a control period would be no whole number of its ticks.
+        UsageError: the cell has nothing to command, a control period would be no whole number of its ticks, or the
+            policy is one of GR00T's and gets other names than it knows.
     """
     spec = PolicySpec.read(words)
     space, timestep = ControlSpace.of(trial), trial.settings.timestep
@@ -51,9 +52,23 @@ def check_policy(words: str, trial: Trial) -> None:
         raise UsageError(f"{trial.name}: there is no arm and no robot for a policy to command; add one to its cell")
     if spec.map:
         cameras = [each.name for each in trial.sensors if isinstance(each, PictureCameraConfig) and each.has_colour]
-        load_map(Path(spec.map), Cell(space, cameras, [arm.name for arm in trial.arms], timestep))
+        key_map = load_map(Path(spec.map), Cell(space, cameras, [arm.name for arm in trial.arms], timestep))
+        if spec.policy.startswith(_GROOT):
+            _check_names(spec, key_map.observation)
+    elif spec.policy.startswith(_GROOT):
+        raise UsageError(f"{spec.policy}: its policies have names of their own for what they see; add {MAP}")
     else:
         period_ticks(RATE, timestep)
+
+
+def _check_names(spec: PolicySpec, names: Iterable[str]) -> None:
+    """Refuse names that no policy of GR00T can have."""
+    for name in names:
+        if name.partition(".")[0] not in GROOT_MODALITIES:
+            raise UsageError(
+                f"{spec.map}: observation: a name for {spec.policy} begins with {', '.join(GROOT_MODALITIES)} "
+                f"(got {name}); write {GROOT_MODALITIES[1]}.{name}"
+            )
 
 
 def _made(spec: PolicySpec, setting: Setting) -> Policy:

@@ -34,7 +34,7 @@ class Choice:
     def _why_not(self, kit: KitTask, task: Task) -> str:
         if task.given_up:
             return task.given_up
-        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
+        return self._supply.why_none(task.type) if kit.is_sent else "the run ended first"
 
     def give_station(self, kit: KitTask) -> bool:
         """Begin a kit at the AGV or fixed tray that suits it best; return False if none is there."""
