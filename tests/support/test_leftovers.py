@@ -40,6 +40,13 @@ def run_in(folder: Path, *arguments: str) -> Process:
     return Process(command, {**os.environ, "PYTHONPATH": str(ROOT)}, folder)
 
 
+def started(run: str, owner: str) -> subprocess.Popen[bytes]:
+    """Start a process with a mark, which can be read a moment after its start."""
+    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} {owner}"})
+    wait_until(lambda: child.pid in marked(run, owner), "the mark of the process")
+    return child
+
+
 @pytest.mark.slow
 def test_failed_test_leaves_no_process(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
@@ -53,7 +60,7 @@ def test_failed_test_leaves_no_process(tmp_path: Path) -> None:
 
 def test_passed_test_that_leaves_process_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = identity(os.getpid())  # as of a run that goes on: another worker may look for orphans at any time
-    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} test_x"})
+    child = started(run, "test_x")
     monkeypatch.setattr(leftovers, "TIMEOUT", 0.2)
     with pytest.raises(AssertionError, match=r"no end of the processes(?s:.*)sleep 600"):
         end_processes(run, "test_x", failed=False)
@@ -62,7 +69,7 @@ def test_passed_test_that_leaves_process_fails(tmp_path: Path, monkeypatch: pyte
 
 def test_processes_of_others_are_not_ended() -> None:
     run = identity(os.getpid())
-    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} fixture browser"})
+    child = started(run, "fixture browser")
     end_processes(run, "test_x", failed=True)
     assert child.poll() is None
     assert marked(run) == marked(run, "fixture browser") == [child.pid]

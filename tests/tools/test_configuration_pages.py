@@ -171,6 +171,10 @@ def test_trial_with_all_entries_is_valid() -> None:
     assert load_trial(text=yaml.safe_dump(WHOLE)).warnings == ()
 
 
+OF_TASK = {"orders": {"kit", "score"}, "faulty_parts": {"discarded"}}
+"""Conditions of a task that cannot hold without a section."""
+
+
 def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bool = False) -> str:
     """Return the whole trial with one entry added at a place, or one removed."""
     trial: dict[str, Any] = yaml.safe_load(yaml.safe_dump(WHOLE))
@@ -179,6 +183,8 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
         body = body[step]
     if less:
         body.pop(name, None)
+        if not place and name in OF_TASK:
+            trial["task"]["success"] = [each for each in WHOLE["task"]["success"] if OF_TASK[name].isdisjoint(each)]
     else:
         body[name] = value
     return yaml.safe_dump(trial)

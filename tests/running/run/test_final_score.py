@@ -35,6 +35,7 @@ class Captions:
 
     def __init__(self, options: VideoOptions, *_: Any, **__: Any) -> None:
         self.file, self.error, self.dropped, self.taken = options.file, "", 0, 0
+        self.options, self.choice = options, ""
         self.made: dict[str, float | str] = {}
         self.shown: list[tuple[int, str]] = []
         made.append(self)

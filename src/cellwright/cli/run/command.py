@@ -8,7 +8,7 @@ from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import NoReturn, TextIO
+from typing import TextIO
 
 import typer
 from rich.console import Console
@@ -82,33 +82,14 @@ def run(context: typer.Context, given: RunArguments) -> None:
     trial has no order. Not done are runs that end by a time limit, by --until before the agent, by a signal, by an
     agent that gave up or crashed, or below --min-score. A trial's task must succeed.
     """
-    options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
     with ExitStack() as leaving:
-        policy = policy_of(given.policy, given.agent, leaving)
-        if given.process.connect is not None:
-            _refuse_cell_options(context)
-            from cellwright.cli.run.remote import run_connected
-
-            agent = given.agent if policy is None else policy.spec.words
-            run_connected(agent, given.process.connect, as_json=given.as_json, min_score=given.min_score)
-        if not given.files:
-            options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
-        given.process.refuse()
-        if policy is not None:
-            policy.refuse(over=given.process.over, lockstep=given.process.lockstep)
-        named = given if policy is None else replace(given, agent=policy.name)
-        _run(named, given.files, policy)
-
-
-def _run(given: RunArguments, files: Sequence[str], policy: PolicyRun | None) -> NoReturn:
-    """Run the trial until no restart is requested, and exit."""
-    console, over = Console(stderr=given.as_json, highlight=False), given.process.over
-    print_out = partial(console.print, markup=False, soft_wrap=True)
-    pictures = given.viewing.pictures()
-    session = _session(given, files, pictures, console)
-    program_of = partial(given.process.program, has_end=given.until is not None, is_verbose=given.verbose)
-    program = program_of(given.agent if policy is None else policy.spec.words)
-    with ExitStack() as leaving:
+        given, policy = _prepared(given, context, leaving)
+        console, over = Console(stderr=given.as_json, highlight=False), given.process.over
+        print_out = partial(console.print, markup=False, soft_wrap=True)
+        pictures = given.viewing.pictures()
+        session = _session(given, pictures, console)
+        program_of = partial(given.process.program, has_end=given.until is not None, is_verbose=given.verbose)
+        program = program_of(given.agent if policy is None else policy.spec.words)
         out = sys.stdout
         # Output of files and agents is no JSON.
         if given.as_json:
@@ -127,7 +108,7 @@ def _run(given: RunArguments, files: Sequence[str], policy: PolicyRun | None) ->
         worker = program()
         moves = cell.trial.has_arm or (cell.trial.layout.robots and given.agent not in BUNDLED)
         if worker is not None and not moves:
-            _warn_of_missing_arm(cell.trial.name, files, given.agent)
+            _warn_of_missing_arm(cell.trial.name, given.files or (), given.agent)
         changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if given.cell.vary else [])])
         facts = f"agent {given.agent}, seed {cell.seed}, servo {cell.servo}"
         print_out(f"trial {cell.trial.name}{changes}, {facts}", soft_wrap=False)
@@ -143,6 +124,28 @@ def _run(given: RunArguments, files: Sequence[str], policy: PolicyRun | None) ->
             if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, print_out, keeps=keeps):
                 raise typer.Exit(status)
             worker = program()
+
+
+def _prepared(given: RunArguments, context: typer.Context, leaving: ExitStack) -> tuple[RunArguments, PolicyRun | None]:
+    """Refuse arguments that do not go together; return them with the name of a policy in place of an agent's.
+
+    With `--connect` it works the served cell, and exits.
+    """
+    options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
+    policy = policy_of(given.policy, given.agent, leaving)
+    if given.process.connect is not None:
+        _refuse_cell_options(context)
+        from cellwright.cli.run.remote import run_connected
+
+        agent = given.agent if policy is None else policy.spec.words
+        run_connected(agent, given.process.connect, as_json=given.as_json, min_score=given.min_score)
+    if not given.files:
+        options.refuse("no trial given; name one such as lesson (cellwright trials lists the bundled ones)")
+    given.process.refuse()
+    if policy is None:
+        return given, None
+    policy.refuse(over=given.process.over, lockstep=given.process.lockstep)
+    return replace(given, agent=policy.name), policy
 
 
 def _show(
@@ -164,7 +167,7 @@ def _show(
         show_files(console, result, pictures)
 
 
-def _session(given: RunArguments, files: Sequence[str], pictures: Pictures, console: Console) -> Session:
+def _session(given: RunArguments, pictures: Pictures, console: Console) -> Session:
     """Return the session of a run, whose events go to a console."""
     progress = RunProgress(console, until=options.until(given.until), verbose=given.verbose)
     page, over, lockstep = given.viewing.page.options(), given.process.over, given.process.lockstep
@@ -174,7 +177,7 @@ def _session(given: RunArguments, files: Sequence[str], pictures: Pictures, cons
     )
     return Session(
         given.cell.target(
-            files,
+            given.files or (),
             console,
             competition=not given.development,
             viewpoints={"--camera": pictures.camera, **given.video.viewpoints()},

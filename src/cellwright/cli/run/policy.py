@@ -8,10 +8,7 @@ from pathlib import Path
 from cellwright.cell.cell import Cell
 from cellwright.cli import options
 from cellwright.cli.policies import PolicyArguments, is_recording
-from cellwright.clients.policies.program import check_policy
 from cellwright.clients.policies.spec import REPORTS, PolicySpec
-from cellwright.recording.format.reader import RecordingFile
-from cellwright.recording.replay.policies import policy_reports
 
 
 @dataclass(frozen=True)
@@ -33,6 +30,8 @@ class PolicyRun:
             DescriptionError: the policy's map does not fit the cell.
             UsageError: the cell has nothing to command.
         """
+        from cellwright.clients.policies.program import check_policy  # it loads the wires
+
         check_policy(self.spec.words, cell.trial)
         return replace(self.spec, seed=cell.seed).words
 
@@ -47,6 +46,9 @@ def policy_of(given: PolicyArguments, agent: str, leaving: ExitStack) -> PolicyR
     spec = given.spec(agent)
     if spec is None or not is_recording(spec):
         return None if spec is None else PolicyRun(spec.words, spec)
+    from cellwright.recording.format.reader import RecordingFile  # slow to load
+    from cellwright.recording.replay.policies import policy_reports
+
     with RecordingFile(Path(spec.policy)) as recording:
         reports = policy_reports(recording)
     if not reports:

@@ -74,7 +74,7 @@ def visible_mean(pairs: int, deviation: float) -> float | None:
 
     Example:
         >>> round(visible_mean(34, 1.0), 2)
-        0.5
+        0.49
     """
     # Normal quantiles with the correction for Student's test of W. C. Guenther, The American Statistician 35 (1981).
     free = pairs - _ALPHA**2 / 2.0
