@@ -1,4 +1,5 @@
 import json
+from base64 import b64decode
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -8,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.bus import Bus, Direction
+from cellwright.middleware.messages.conversions import header, nanoseconds
 from cellwright.middleware.messages.osrf_gear import Order, VacuumGripperState
-from cellwright.middleware.messages.standard import String
+from cellwright.middleware.messages.standard import Header, String
 from cellwright.util.errors import UnknownNameError, UsageError
 
 
@@ -199,6 +201,20 @@ def test_latched_messages_survive_save_and_restore(bus: Bus) -> None:
     assert heard == [("before", "later"), ("after", "kept")]
     bus.set_latched({})
     assert one.newest is None
+
+
+def test_saved_text_is_that_of_the_newest_message_and_the_clock(bus: Bus) -> None:
+    talk = bus.advertise("/talk", "std_msgs/Header", latch=True)
+
+    def saved(offset: int = 0) -> int:
+        (text,) = bus.latched(offset)["/talk"]
+        assert text is not None
+        return nanoseconds(bus.types.from_cdr(b64decode(text), Header).stamp)
+
+    talk.publish(header("", 5))
+    assert [saved(), saved(), saved(2), saved(2), saved()] == [5, 5, 3, 3, 5]
+    talk.publish(header("", 7))
+    assert [saved(2), saved()] == [5, 7]
 
 
 def test_publish_in_on_listeners_reaches_new_subscriber(bus: Bus) -> None:

@@ -130,9 +130,9 @@ class Bus:
         """
         found = {}
         for name, topic in sorted(self._topics.items()):
-            newest = [publisher.newest for publisher in topic.publishers if publisher.is_state]
-            if any(message is not None for message in newest):
-                found[name] = [None if each is None else self._latched_text(each, -clock_offset) for each in newest]
+            texts = [self._latched_text(each, -clock_offset) for each in topic.publishers if each.is_state]
+            if any(text is not None for text in texts):
+                found[name] = texts
         return found
 
     def set_latched(self, state: Mapping[str, Sequence[str | None]], clock_offset: int = 0) -> None:
@@ -282,9 +282,16 @@ class Bus:
             entry = self._topics[absolute(name)] = Topic(name)
         return entry
 
-    def _latched_text(self, message: Message, shift: int) -> str:
-        """Return a message as CDR in base64, its stamps shifted [ns]."""
-        return b64encode(self.types.to_cdr(shifted(message, shift) if shift else message)).decode()
+    def _latched_text(self, publisher: Publisher, shift: int) -> str | None:
+        """Return the newest message of a publisher as CDR in base64, its stamps shifted [ns]; None without one."""
+        message, saved = publisher.newest, publisher.saved
+        if message is None:
+            return None
+        # A published message never changes, and most of these stay for a whole run, whose every second has a hash.
+        if saved is None or saved[0] is not message or saved[1] != shift:
+            text = b64encode(self.types.to_cdr(shifted(message, shift))).decode()
+            publisher.saved = saved = (message, shift, text)
+        return saved[2]
 
     def _validated(self, message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
         """Return a valid message; a MessageError if it is of another class, or a field does not fit."""

@@ -125,6 +125,8 @@ class Publisher:
         self.is_state = latch
         """True if its newest message is part of the state of a run."""
         self.on_listeners = on_listeners
+        self.saved: tuple[Message, int, str] | None = None
+        """The message that was saved last with the state of a run, the shift of its stamps [ns], and its text."""
         self._newest: Message | Callable[[], Message | None] | None = None
 
     @property

@@ -215,7 +215,7 @@ def goal_status() -> GoalStatus:
 
 def _numbers(values: ArrayLike, dtype: type[N]) -> np.ndarray[tuple[int, ...], np.dtype[N]]:
     array = np.array(values, dtype)
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 
