@@ -19,6 +19,8 @@ COMMANDS = [
     "eval merge",
     "eval compare",
     "serve",
+    "env",
+    "env serve",
     "teleop",
     "view",
     "replay",

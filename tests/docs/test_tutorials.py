@@ -65,6 +65,8 @@ def test_tutorial_followed_prints_what_it_shows(
     taken = [step for page in (name, *CONTINUED.get(name, ())) for step in steps(ROOT / page)]
     if name == "docs/plugins.md":
         install(tmp_path)
+    elif name == "docs/environments.md":
+        shutil.copy(ROOT / "adapters" / "cellwright_env" / "cellwright_env.py", tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command | Program) for step in taken)

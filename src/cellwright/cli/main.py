@@ -51,6 +51,7 @@ COMMANDS = {
     "eval merge": "eval.merge:merge",
     "eval compare": "eval.compare:compare",
     "serve": "serve:serve",
+    "env": "env.command:app",
     "teleop": "teleop.command:teleop",
     "view": "view:view",
     "replay": "replay.command:replay",
@@ -141,6 +142,7 @@ app = typer.Typer(
         cellwright trials            # list the bundled trials
         cellwright eval lesson       # many runs, scored, and a report
         cellwright serve lesson      # a cell for programs in other processes
+        cellwright env --help        # an environment for other processes
         cellwright plot run.mcap     # a figure of a recording
         cellwright view lesson       # a trial, robot, recording or server
         cellwright check trial.yaml  # errors and warnings of a file

@@ -12,10 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cellwright.envs.cell_env import CellEnv as CellEnv
+    from cellwright.envs.served.server import EnvServer as EnvServer
+    from cellwright.envs.served.session import EnvSession as EnvSession
     from cellwright.envs.stepper import CellStepper as CellStepper
     from cellwright.envs.vector import CellVectorEnv as CellVectorEnv
 
-_HOMES = {"CellEnv": "cell_env", "CellStepper": "stepper", "CellVectorEnv": "vector"}
+_HOMES = {
+    "CellEnv": "cell_env",
+    "CellStepper": "stepper",
+    "CellVectorEnv": "vector",
+    "EnvServer": "served.server",
+    "EnvSession": "served.session",
+}
 _HAS_GYM = find_spec("gymnasium") is not None
 
 if _HAS_GYM:

@@ -70,6 +70,8 @@ class CellEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     Attributes:
         task: name of the trial.
         task_description: sentence of the task.
+        control: kind of its actions.
+        period: control period [s].
         agent_pos_names: names of the numbers of `agent_pos` and of an action.
         environment_state_names: names of the numbers of `environment_state`.
 
@@ -110,13 +112,13 @@ class CellEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise UsageError(f"render_mode: must be rgb_array or None (got {render_mode!r})")
         space, timestep = ControlSpace.of(self._trial), self._trial.settings.timestep
-        period = period_ticks(rate, timestep) * timestep[0] / timestep[1]
+        self.control, self.period = control, period_ticks(rate, timestep) * timestep[0] / timestep[1]
         self._rate, self._variation, self.render_mode = rate, variation, render_mode
         self.metadata = {**self.metadata, "render_fps": rate}
-        self._actions = Actions(space, control, period)
+        self._actions = Actions(space, control, self.period)
         self._observations = Observations(self._trial, space, cameras, privileged=privileged)
         self.action_space, self.observation_space = self._actions.box, self._observations.space
-        self._max_episode_steps = math.ceil(self._trial.time_limit / period - 1e-9)
+        self._max_episode_steps = math.ceil(self._trial.time_limit / self.period - 1e-9)
         self.task, self.task_description = self._trial.name, self._trial.task.sentence
         self.agent_pos_names, self.environment_state_names = space.names, self._observations.state_names
         self._steps = -1

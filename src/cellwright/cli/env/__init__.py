@@ -1,0 +1,1 @@
+"""Command group `cellwright env`: environments for learning."""

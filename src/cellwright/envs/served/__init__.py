@@ -1,0 +1,1 @@
+"""An environment that serves programs in other processes over a websocket."""
