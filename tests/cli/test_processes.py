@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright import open_recording
 from cellwright.util.files import read_json_lines
 from tests.support.processes import Process
 from tests.support.waiting import TIMEOUT
@@ -40,12 +41,16 @@ def test_exit_status_reaches_shell(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_same_run_in_two_processes_has_same_state_hash(tmp_path: Path) -> None:
-    hashes = set()
-    for more in ((), ("--listen", "all")):
-        ran = run("run", "lesson", "--until", "4", "--no-picture", *more, folder=tmp_path, PYTHONHASHSEED="random")
+def test_same_run_in_two_processes_has_same_state_hash_and_commands(tmp_path: Path) -> None:
+    hashes, commands = set(), []
+    for seed, more in (("0", ()), ("3", ("--listen", "all"))):  # with these, sets of text have other orders
+        options = ("--until", "4", "--no-picture", "--record", f"{seed}.mcap")
+        ran = run("run", "lesson", *options, *more, folder=tmp_path, PYTHONHASHSEED=seed)
         hashes.add(next(line for line in ran.stdout.splitlines() if line.startswith("state hash")))
+        with open_recording(tmp_path / f"{seed}.mcap") as recording:
+            commands.append([*recording.commands()])
     assert len(hashes) == 1
+    assert commands[0] == commands[1] != []
 
 
 @pytest.mark.slow

@@ -68,7 +68,7 @@ class Choice:
         beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
         both AGVs or over AGV 1, so such kits go to AGV 2. Third, the way of the rail counts.
         """
-        types = {task.type for task in kit.tasks}
+        types = dict.fromkeys(task.type for task in kit.tasks)  # in their order: what follows asks and adds up
         kept = sum(part.type in types for part in self._view.parts_on_tray(station))
         lying = self._view.parts_in_bins()
         is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
