@@ -23,7 +23,8 @@ from tests.config.trial.whole import WHOLE
 ROOT = Path(__file__).parents[3]
 SCHEMA = trial_schema()
 VALIDATOR = Draft202012Validator(SCHEMA)
-EXAMPLES = sorted(path for path in (ROOT / "examples").rglob("*.yaml") if "evaluation" not in path.parts)
+NO_TRIALS = {"evaluation", "map.yaml"}
+EXAMPLES = sorted(path for path in (ROOT / "examples").rglob("*.yaml") if NO_TRIALS.isdisjoint(path.parts))
 
 WRONG: tuple[Any, ...] = (None, True, "word", 5, -5, 2.5, [], {}, [1], [1, 2, 3], ["a", "b", "c"], {"a": 1})
 """Values, each of which is of a wrong kind in most places."""
