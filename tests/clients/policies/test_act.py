@@ -141,11 +141,6 @@ def test_address_that_is_none_is_refused(address: str) -> None:
         ActPolicy(address)
 
 
-def test_dialect_that_is_none_is_refused() -> None:
-    with pytest.raises(PolicyError, match="dialect: unknown 'act-encode'; did you mean act-encoded"):
-        ActPolicy("http://127.0.0.1:9", dialect="act-encode")
-
-
 def test_observation_that_cannot_be_sent_is_a_fault_of_the_call() -> None:
     problem = "observation: a: a value of this type cannot be sent"
     with (

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cellwright.clients.policies.dialects import DIALECTS, check_reset, detected_dialect, named_dialect, reported_error
-from cellwright.clients.policies.policy import PolicyAnswerError, PolicyError
+from cellwright.clients.policies.dialects import DIALECTS, check_reset, detected_dialect, reported_error
+from cellwright.clients.policies.policy import PolicyAnswerError
 
 ROBOARENA = {"image_resolution": None, "n_external_cameras": 2, "action_space": "joint_velocity"}
 
@@ -21,11 +21,6 @@ ROBOARENA = {"image_resolution": None, "n_external_cameras": 2, "action_space": 
 )
 def test_first_frame_shows_the_dialect(metadata: dict[str, object], name: str) -> None:
     assert detected_dialect(metadata) is DIALECTS[name]
-
-
-def test_unknown_dialect_has_a_suggestion() -> None:
-    with pytest.raises(PolicyError, match="dialect: unknown 'robo_arena'; did you mean roboarena"):
-        named_dialect("robo_arena")
 
 
 @pytest.mark.parametrize("reply", ["reset successful", {"status": "reset successful"}])

@@ -162,11 +162,9 @@ def test_server_that_is_not_there_is_refused() -> None:
         GrootPolicy(f"tcp://127.0.0.1:{free_port()}")
 
 
-def test_address_or_dialect_that_is_none_is_refused() -> None:
+def test_address_that_is_none_is_refused() -> None:
     with pytest.raises(PolicyError, match="no address of a server; write tcp://HOST:PORT"):
         GrootPolicy("tcp://")
-    with pytest.raises(PolicyError, match=r"dialect: unknown 'openpi' .known for tcp: groot, groot-sim"):
-        GrootPolicy("tcp://127.0.0.1", dialect="openpi")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from cellwright.clients.agents.agent import AgentError, find_agent
 from cellwright.clients.policies.agent import PolicyAgent
 from cellwright.clients.policies.schedule import Mode
-from cellwright.clients.policies.spec import PolicySpec, is_policy, seeded
+from cellwright.clients.policies.spec import PolicySpec, is_policy
 from cellwright.util.errors import UsageError
 
 
@@ -22,11 +22,6 @@ from cellwright.util.errors import UsageError
 def test_words_say_the_policy(spec: PolicySpec) -> None:
     assert PolicySpec.read(spec.words) == spec
     assert is_policy(spec.words)
-
-
-def test_seed_of_a_run_is_among_the_words_of_a_policy_alone() -> None:
-    assert PolicySpec.read(seeded("policy --policy hold", 5)).seed == 5
-    assert seeded("kitter", 5) == "kitter"
 
 
 @pytest.mark.parametrize(

@@ -1,86 +1,67 @@
 """Policies behind `POST /act`: OpenVLA's server (openvla@c8f03f4) and its kin."""
 
-import hashlib
 import json
 import time
 from collections.abc import Mapping
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
-from types import MappingProxyType
+from typing import Unpack
 from urllib.parse import urlsplit
 
-from cellwright.clients.policies.actions import ActionFormat, extras, server_time
+from cellwright.clients.policies.actions import extras
 from cellwright.clients.policies.codec import pack_json, unpack_json
 from cellwright.clients.policies.dialects import ACT_DIALECTS
-from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
-from cellwright.clients.policies.sockets import TIMEOUT, check_listens, cut_after, host_and_port, late, policy_key
-from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
+from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError
+from cellwright.clients.policies.server_policy import ServerPolicy, ServerSettings
+from cellwright.clients.policies.sockets import check_listens, cut_after, host_and_port, late, policy_key
+from cellwright.util.errors import one_printable_line
 
 _MAX_REPLY = 16 * 2**20  # [bytes]: actions alone, as text
 
 
-class ActPolicy:
+class ActPolicy(ServerPolicy):
     """A policy that answers `POST /act` with JSON, arrays in the form of json_numpy; a connection for each request.
 
     Args:
         address: `http://HOST:PORT/act`, or `https://`; without a path it is `/act`.
-        dialect: `act` or `act-encoded`; None for the former.
-        timeout: how long an answer may take [s].
-        actions: what an answer must have.
-
-    Attributes:
-        timeout: how long an answer may take [s].
-        metadata: empty: the server has none.
+        settings: as of `ServerPolicy`; the dialect is `act` or `act-encoded`, and the former without one.
 
     Raises:
         PolicyError: an address that is none, or an unknown dialect.
         PolicyConnectionError: no server listens.
     """
 
-    def __init__(
-        self,
-        address: str,
-        *,
-        dialect: str | None = None,
-        timeout: float = TIMEOUT,
-        actions: ActionFormat = ActionFormat(),  # noqa: B008 - frozen
-    ) -> None:
-        if dialect not in (None, *ACT_DIALECTS):
-            known = f"{did_you_mean(dialect, ACT_DIALECTS)} (known for HTTP: {', '.join(ACT_DIALECTS)})"
-            raise PolicyError(f"dialect: unknown {dialect!r}{known}")
-        self.metadata: Mapping[str, object] = MappingProxyType({})
+    wire, dialects = "HTTP", ACT_DIALECTS
+
+    def __init__(self, address: str, **settings: Unpack[ServerSettings]) -> None:
+        super().__init__(address, **settings)
         parts = urlsplit(address)
-        self._address, self.timeout, self._actions = address, timeout, actions
         self._class = HTTPSConnection if parts.scheme == "https" else HTTPConnection
         self._host, self._port = host_and_port(address, self._class.default_port)
         self._path = (parts.path if parts.path not in ("", "/") else "/act") + (parts.query and f"?{parts.query}")
-        self._encoded = dialect == "act-encoded"
-        check_listens(address, self._host, self._port, timeout)
+        self._encoded = settings.get("dialect") == "act-encoded"
+        check_listens(address, self._host, self._port, self.timeout)
 
     def reset(self, seed: int, sentence: str) -> None:
         """Begin an episode: the server keeps nothing of it."""
 
-    def infer(self, observation: Mapping[str, object]) -> Answer:
-        """Post an observation and return the answer; see `Policy.infer`."""
-        try:
-            packed = pack_json(observation)
-        except MessageError as error:
-            raise PolicyError(f"observation: {error}") from None
-        start = time.monotonic()
-        raw = self._post(json.dumps({"encoded": packed.decode()}).encode() if self._encoded else packed)
-        wall = time.monotonic() - start
-        try:
-            reply = unpack_json(raw)
-            if self._encoded and isinstance(reply, str) and reply != "error":
-                reply = unpack_json(reply.encode())
-            if isinstance(reply, str):  # OpenVLA's answer to any fault, with status 200
-                raise PolicyAnswerError(f"the policy failed: {one_printable_line(reply[:1000])}; see the server's log")
-            actions = self._actions.read(reply)
-        except (MessageError, PolicyAnswerError) as error:
-            raise PolicyAnswerError(f"{self._address}: {error}") from None
-        return Answer(actions, raw, hashlib.sha256(packed).hexdigest(), wall, server_time(reply), extras(reply))
-
     def close(self) -> None:
         """Do nothing: no connection outlives its request."""
+
+    def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
+        packed = pack_json(observation)
+        return packed, json.dumps({"encoded": packed.decode()}).encode() if self._encoded else packed
+
+    def _exchange(self, request: bytes) -> tuple[bytes, float]:
+        start = time.monotonic()
+        return self._post(request), time.monotonic() - start
+
+    def _reply(self, raw: bytes) -> tuple[object, object, Mapping[str, object]]:
+        reply = unpack_json(raw)
+        if self._encoded and isinstance(reply, str) and reply != "error":
+            reply = unpack_json(reply.encode())
+        if isinstance(reply, str):  # OpenVLA's answer to any fault, with status 200
+            raise PolicyAnswerError(f"the policy failed: {one_printable_line(reply[:1000])}; see the server's log")
+        return reply, reply, extras(reply)
 
     def _post(self, body: bytes) -> bytes:
         """Return the body of the answer to a request."""

@@ -60,7 +60,3 @@ class Random:
     def infer(self, observation: Mapping[str, object]) -> npt.NDArray[np.float64]:  # noqa: ARG002
         """Return one action."""
         return self._random.uniform(self._low, self._high)[np.newaxis]
-
-
-BASELINES: Final[Mapping[str, type[Hold | Random]]] = {"hold": Hold, "random": Random}
-"""Bundled policies by name."""

@@ -23,7 +23,7 @@ class CallablePolicy:
 
     Args:
         infer: the function.
-        actions: what its reply must have.
+        actions: form of the actions of its reply.
         program: object whose `reset(seed, sentence)`, `close()` and `metadata` are the policy's, as far as it has them.
         name: name in errors.
 
@@ -90,7 +90,7 @@ def policy_of_class(place: str, actions: ActionFormat) -> CallablePolicy:
 
     Args:
         place: `path/to/file.py:Class`, or `package.module:Class`.
-        actions: what its replies must have.
+        actions: form of the actions of its replies.
 
     Raises:
         PolicyError: there is no such class, it has no such method, or it cannot be made.

@@ -26,7 +26,7 @@ def pack(value: object, form: ArrayForm) -> bytes:
 
     Args:
         value: mappings with text as keys, sequences, arrays and scalars of numpy, text, bytes, numbers, None.
-        form: how the wire writes arrays.
+        form: form of arrays on the wire.
 
     Raises:
         MessageError: something in it cannot be sent; the error begins with its key.

@@ -1,19 +1,31 @@
 """Policies by their addresses."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from cellwright.clients.policies.act import ActPolicy
 from cellwright.clients.policies.actions import ActionFormat
-from cellwright.clients.policies.baselines import BASELINES
+from cellwright.clients.policies.baselines import Hold, Random
 from cellwright.clients.policies.callable_policy import CallablePolicy, policy_of_class
 from cellwright.clients.policies.openpi import OpenpiPolicy
 from cellwright.clients.policies.policy import Policy, PolicyError
+from cellwright.clients.policies.server_policy import ServerPolicy
 from cellwright.clients.policies.sockets import TIMEOUT
 from cellwright.config.control import ControlSpace
 from cellwright.util import plugins
 from cellwright.util.errors import did_you_mean
 
+BASELINES: Final[Mapping[str, type[Hold | Random]]] = {"hold": Hold, "random": Random}
+"""Bundled policies by name."""
+_GROOT: Final = "tcp"
+_WIRES: Final[Mapping[str, type[ServerPolicy]]] = {
+    "ws": OpenpiPolicy,
+    "wss": OpenpiPolicy,
+    "http": ActPolicy,
+    "https": ActPolicy,
+}
+SCHEMES: Final = (*_WIRES, _GROOT)
+"""Schemes of addresses of policy servers."""
 _FORMS: Final = "ws://HOST:PORT, http://HOST:PORT/act, tcp://HOST:PORT, path.py:Class, hold or random"
 
 
@@ -32,8 +44,8 @@ def connect(
             (OpenVLA and its kin), or `tcp://HOST:PORT` (GR00T, with the extra `groot`). Or a class in this process,
             `path.py:Class` or `module:Class`; or a bundled policy, `hold` or `random`.
         dialect: dialect of the server; None for the usual one, or to tell it from a websocket's first frame.
-        timeout: how long an answer may take [s].
-        actions: what an answer must have.
+        timeout: bound of an answer [s].
+        actions: form that the actions of an answer must have.
         space: channels of the cell, which the bundled policies need.
 
     Raises:
@@ -55,9 +67,10 @@ def connect(
         raise PolicyError(f"timeout: must be above 0 s (got {timeout:g})")
     if "://" in address:
         scheme = address.partition("://")[0].lower()
-        if scheme not in _WIRES:
+        if scheme not in SCHEMES:
             raise PolicyError(f"{address}: no scheme of a policy server; a policy is {_FORMS}")
-        return _WIRES[scheme](address, dialect=dialect, timeout=timeout, actions=actions)
+        wire = _groot_wire(address) if scheme == _GROOT else _WIRES[scheme]
+        return wire(address, dialect=dialect, timeout=timeout, actions=actions)
     if dialect is not None:
         raise PolicyError(f"dialect: only a server has one (got {dialect!r} for {address})")
     if address in BASELINES:
@@ -72,21 +85,9 @@ def connect(
     return policy_of_class(address, actions)
 
 
-def _groot(address: str, *, dialect: str | None, timeout: float, actions: ActionFormat) -> Policy:
+def _groot_wire(address: str) -> type[ServerPolicy]:
     if not plugins.is_installed("zmq"):
         raise PolicyError(f"{address}: needs the package pyzmq; pip install 'cellwright[groot]'")
     from cellwright.clients.policies.groot import GrootPolicy
 
-    return GrootPolicy(address, dialect=dialect, timeout=timeout, actions=actions)
-
-
-_WIRES: Final[Mapping[str, Callable[..., Policy]]] = {
-    "ws": OpenpiPolicy,
-    "wss": OpenpiPolicy,
-    "http": ActPolicy,
-    "https": ActPolicy,
-    "tcp": _groot,
-}
-
-SCHEMES: Final = tuple(_WIRES)
-"""Schemes of addresses of policy servers."""
+    return GrootPolicy

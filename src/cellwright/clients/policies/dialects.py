@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from cellwright.clients.policies.array_forms import LEBEDOV, OPENPI, ArrayForm
-from cellwright.clients.policies.policy import PolicyAnswerError, PolicyError
-from cellwright.util.errors import did_you_mean, one_printable_line
+from cellwright.clients.policies.policy import PolicyAnswerError
+from cellwright.util.errors import one_printable_line
 
 ACT_DIALECTS: Final = ("act", "act-encoded")
 """Dialects of HTTP: an observation as JSON; and the same as a text in `{"encoded": …}`, answered by a text."""
@@ -15,7 +15,7 @@ GROOT_DIALECTS: Final = ("groot", "groot-sim")
 """Dialects of GR00T: the policy itself; and behind its wrapper for simulators, with flat keys."""
 
 GROOT_MODALITIES: Final = ("video", "state", "language")
-"""What a policy of GR00T sees; its names are such as `video.NAME`."""
+"""Modalities of the observations of GR00T, whose names are such as `video.NAME`."""
 
 _VLLM_KEYS = ("action_horizon", "max_action_horizon", "default_action_horizon", "action_dim", "action_keys")
 
@@ -26,7 +26,7 @@ class Dialect:
 
     Attributes:
         name: its name.
-        arrays: how it writes arrays.
+        arrays: its form of arrays.
         has_endpoints: a request says whether it is a reset or an observation, and of which session.
         has_seed: a request may have a seed, with which the policy repeats itself.
     """
@@ -65,18 +65,6 @@ DIALECTS: Final = {
 
 DIALECT_NAMES: Final = (*DIALECTS, *ACT_DIALECTS, *GROOT_DIALECTS)
 """Names of the dialects of all wires."""
-
-
-def named_dialect(name: str) -> Dialect:
-    """Return the dialect of a name.
-
-    Raises:
-        PolicyError: there is none.
-    """
-    if name not in DIALECTS:
-        known = ", ".join(DIALECTS)
-        raise PolicyError(f"dialect: unknown {name!r}{did_you_mean(name, DIALECTS)} (known for a websocket: {known})")
-    return DIALECTS[name]
 
 
 def detected_dialect(metadata: Mapping[str, object]) -> Dialect:

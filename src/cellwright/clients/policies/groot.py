@@ -1,27 +1,25 @@
 """Policies of GR00T's servers, over ZeroMQ (Isaac-GR00T@38624df)."""
 
-import hashlib
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import zmq
 
-from cellwright.clients.policies.actions import ActionFormat, server_time
 from cellwright.clients.policies.array_forms import MAX_BYTES, NPY
 from cellwright.clients.policies.codec import pack, unpack
 from cellwright.clients.policies.dialects import GROOT_DIALECTS, GROOT_MODALITIES
-from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
-from cellwright.clients.policies.sockets import TIMEOUT, check_listens, host_and_port, late, policy_key
-from cellwright.util.errors import MessageError, did_you_mean, one_printable_line
+from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError
+from cellwright.clients.policies.server_policy import ServerPolicy, ServerSettings
+from cellwright.clients.policies.sockets import check_listens, host_and_port, late, policy_key
+from cellwright.util.errors import MessageError, one_printable_line
 
 _PORT = 5555
 
 
-class GrootPolicy:
+class GrootPolicy(ServerPolicy):
     """A policy of GR00T: asked for its modalities when made, and for actions one observation at a time.
 
     An observation has pictures as `video.NAME` (H, W, 3) uint8, numbers as `state.NAME` (D,), and text as
@@ -29,12 +27,10 @@ class GrootPolicy:
 
     Args:
         address: `tcp://HOST:PORT`; the port is 5555 if it is left out.
-        dialect: `groot` or `groot-sim`; None for the former.
-        timeout: how long an answer may take [s].
-        actions: what an answer must have; without keys they are those of the policy's modality `action`.
+        settings: as of `ServerPolicy`; the dialect is `groot` or `groot-sim`, and the former without one. Without keys
+            the actions are those of the policy's modality `action`.
 
     Attributes:
-        timeout: how long an answer may take [s].
         metadata: the modalities, each with its `modality_keys` and `delta_indices`.
 
     Raises:
@@ -43,28 +39,19 @@ class GrootPolicy:
         PolicyAnswerError: it is no server of GR00T, or its policy wants earlier observations as well.
     """
 
-    def __init__(
-        self,
-        address: str,
-        *,
-        dialect: str | None = None,
-        timeout: float = TIMEOUT,
-        actions: ActionFormat = ActionFormat(),  # noqa: B008 - frozen
-    ) -> None:
-        if dialect not in (None, *GROOT_DIALECTS):
-            known = f"{did_you_mean(dialect, GROOT_DIALECTS)} (known for tcp: {', '.join(GROOT_DIALECTS)})"
-            raise PolicyError(f"dialect: unknown {dialect!r}{known}")
+    wire, dialects = "tcp", GROOT_DIALECTS
+
+    def __init__(self, address: str, **settings: Unpack[ServerSettings]) -> None:
+        super().__init__(address, **settings)
         host, port = host_and_port(address, _PORT)
-        self._address, self.timeout, self._actions = address, timeout, actions
-        self._flat = dialect == "groot-sim"
+        self._flat = settings.get("dialect") == "groot-sim"
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
         self._peer = f"tcp://{f'[{host}]' if ':' in host else host}:{port}"
-        self.metadata: Mapping[str, object] = {}
         try:
-            check_listens(address, host, port, timeout)  # a socket of ZeroMQ waits for a server for ever
+            check_listens(address, host, port, self.timeout)  # a socket of ZeroMQ waits for a server for ever
             self._call("ping")
-            self._read_modalities(self._call("get_modality_config")[0])
+            self._read_modalities(self._call("get_modality_config"))
         except BaseException:
             self.close()
             raise
@@ -73,27 +60,37 @@ class GrootPolicy:
         """Begin an episode; see `Policy.reset`."""
         self._call("reset", {"options": None})
 
-    def infer(self, observation: Mapping[str, object]) -> Answer:
-        """Send an observation and return the answer; see `Policy.infer`."""
-        try:
-            sent = self._batched(observation)
-            packed = pack(sent, NPY)
-        except MessageError as error:
-            raise PolicyError(f"observation: {error}") from None
-        reply, raw, wall = self._call("get_action", {"observation": sent, "options": None})
-        with self._placed():
-            if not (isinstance(reply, list) and len(reply) == 2 and isinstance(reply[0], dict)):
-                raise PolicyAnswerError("an answer must be a pair of actions and info")
-            parts, info = reply
-            if self._flat:
-                parts = {key.removeprefix("action."): value for key, value in parts.items()}
-            actions = self._actions.read(parts)
-        return Answer(actions, raw, hashlib.sha256(packed).hexdigest(), wall, server_time(info), {"info": info})
-
     def close(self) -> None:
         """Close the connection; the server goes on."""
         self._drop()
         self._context.destroy(linger=0)
+
+    def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
+        sent = self._batched(observation)
+        return pack(sent, NPY), _packed_request("get_action", {"observation": sent, "options": None})
+
+    def _exchange(self, request: bytes) -> tuple[bytes, float]:
+        socket = self._connected()
+        start = time.monotonic()
+        try:
+            socket.send(request)
+            raw = socket.recv()
+        except zmq.Again:
+            self._drop()  # a request that was not answered blocks its socket
+            raise late(self._address, self.timeout) from None
+        except zmq.ZMQError as error:
+            self._drop()
+            raise PolicyConnectionError(f"{self._address}: the connection is lost ({error})") from None
+        return raw, time.monotonic() - start
+
+    def _reply(self, raw: bytes) -> tuple[object, object, Mapping[str, object]]:
+        reply = _decoded(raw)
+        if not (isinstance(reply, list) and len(reply) == 2 and isinstance(reply[0], dict)):
+            raise PolicyAnswerError("an answer must be a pair of actions and info")
+        parts, info = reply
+        if self._flat:
+            parts = {key.removeprefix("action."): value for key, value in parts.items()}
+        return parts, info, {"info": info}
 
     def _batched(self, observation: Mapping[str, object]) -> dict[str, object]:
         """Return an observation as the server wants it, with the axes of batch and time."""
@@ -139,33 +136,11 @@ class GrootPolicy:
         if not self._actions.keys:
             self._actions = replace(self._actions, keys=tuple(modalities["action"]["modality_keys"]))
 
-    def _call(self, endpoint: str, data: Mapping[str, object] | None = None) -> tuple[object, bytes, float]:
-        """Return an endpoint's reply, its bytes, and the time between [s]."""
-        request: dict[str, object] = {"endpoint": endpoint}
-        if data is not None:
-            request["data"] = data
-        if key := policy_key():
-            request["api_token"] = key
-        content = pack(request, NPY)
-        socket = self._connected()
-        start = time.monotonic()
-        try:
-            socket.send(content)
-            raw = socket.recv()
-        except zmq.Again:
-            self._drop()  # a request that was not answered blocks its socket
-            raise late(self._address, self.timeout) from None
-        except zmq.ZMQError as error:
-            self._drop()
-            raise PolicyConnectionError(f"{self._address}: the connection is lost ({error})") from None
-        wall = time.monotonic() - start
+    def _call(self, endpoint: str, data: Mapping[str, object] | None = None) -> object:
+        """Return an endpoint's reply."""
+        raw, _ = self._exchange(_packed_request(endpoint, data))
         with self._placed():
-            if raw == b"ERROR":
-                raise PolicyAnswerError("the server answers ERROR; look at its log")
-            reply = unpack(raw, NPY)
-            if isinstance(reply, dict) and "error" in reply:
-                raise PolicyAnswerError(f"the policy failed: {one_printable_line(str(reply['error'])[:1000])}")
-        return reply, raw, wall
+            return _decoded(raw)
 
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._context.closed:
@@ -184,14 +159,6 @@ class GrootPolicy:
         socket, self._socket = self._socket, None
         if socket is not None:
             socket.close(linger=0)
-
-    @contextmanager
-    def _placed(self) -> Iterator[None]:
-        """Name the server in errors about its answer."""
-        try:
-            yield
-        except (MessageError, PolicyAnswerError) as error:
-            raise PolicyAnswerError(f"{self._address}: {error}") from None
 
 
 def _modality(name: str, described: object) -> dict[str, Any]:
@@ -213,3 +180,27 @@ def _modality(name: str, described: object) -> dict[str, Any]:
             "serve a policy with [0]"
         )
     return fields
+
+
+def _packed_request(endpoint: str, data: Mapping[str, object] | None) -> bytes:
+    request: dict[str, object] = {"endpoint": endpoint}
+    if data is not None:
+        request["data"] = data
+    if key := policy_key():
+        request["api_token"] = key
+    return pack(request, NPY)
+
+
+def _decoded(raw: bytes) -> object:
+    """Return a reply.
+
+    Raises:
+        MessageError: it cannot be read.
+        PolicyAnswerError: it reports an error.
+    """
+    if raw == b"ERROR":
+        raise PolicyAnswerError("the server answers ERROR; look at its log")
+    reply = unpack(raw, NPY)
+    if isinstance(reply, dict) and "error" in reply:
+        raise PolicyAnswerError(f"the policy failed: {one_printable_line(str(reply['error'])[:1000])}")
+    return reply

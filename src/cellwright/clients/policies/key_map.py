@@ -48,8 +48,8 @@ class Picture:
     Attributes:
         camera: name of the camera.
         size: width and height [px] to which it is fitted, with black borders; None leaves it as it is.
-        turned: whether it is turned by half a turn.
-        is_planar: whether colours come first, (3, H, W), and not last.
+        turned: True if it is turned by half a turn.
+        is_planar: True if colours come first, (3, H, W), and not last.
     """
 
     camera: str
@@ -74,7 +74,7 @@ class Constant:
 
 Numbers: TypeAlias = Channels | ToolPose | Constant
 Source: TypeAlias = "Numbers | Picture | Words | tuple[Numbers, ...] | Mapping[str, Source]"
-"""Where an entry of an observation comes from; several sources of numbers are joined, and mappings are nested."""
+"""Origin of an entry of an observation; several sources of numbers are joined, and mappings are nested."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,7 +71,7 @@ class Latency:
         kind: `fixed`, `uniform`, `normal`, `file` or `measured`.
         text: the source as written.
         times: its times [s]: of `fixed` one, of `uniform` the bounds, of `normal` mean and deviation, of `file` all.
-        is_server: whether `measured` takes the server's own time of inference, and not the round trip.
+        is_server: True if `measured` takes the server's own time of inference, and not the round trip.
     """
 
     kind: str

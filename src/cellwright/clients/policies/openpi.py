@@ -1,35 +1,29 @@
 """Policies behind OpenPI's websocket, and the servers that speak a dialect of it."""
 
-import hashlib
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
+from typing import Unpack
 
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.protocol import State
 from websockets.sync.client import ClientConnection, connect
 
-from cellwright.clients.policies.actions import ActionFormat, extras, server_time
+from cellwright.clients.policies.actions import extras
 from cellwright.clients.policies.array_forms import MAX_BYTES
 from cellwright.clients.policies.codec import pack, unpack
-from cellwright.clients.policies.dialects import (
-    DIALECTS,
-    check_reset,
-    detected_dialect,
-    named_dialect,
-    new_session,
-    reported_error,
-)
-from cellwright.clients.policies.policy import Answer, PolicyAnswerError, PolicyConnectionError, PolicyError
-from cellwright.clients.policies.sockets import TIMEOUT, cut_after, late, policy_key, unreachable
+from cellwright.clients.policies.dialects import DIALECTS, check_reset, detected_dialect, new_session, reported_error
+from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.server_policy import ServerPolicy, ServerSettings
+from cellwright.clients.policies.sockets import cut_after, late, policy_key, unreachable
 from cellwright.util.errors import MessageError, one_printable_line, printable
 
 _MAX_QUEUE = 2  # frames that wait in memory, each of up to 64 MiB
 _CLOSE_TIMEOUT = 1.0  # [s]: a server that infers does not answer a close
 
 
-class OpenpiPolicy:
+class OpenpiPolicy(ServerPolicy):
     """A policy behind a websocket: connected when made, and again by `reset` after a loss.
 
     Compression and keep-alive pings are off: the reference server answers no ping while it infers. Connections go to
@@ -37,12 +31,9 @@ class OpenpiPolicy:
 
     Args:
         address: `ws://HOST:PORT`, or `wss://`; with a path where the server has one.
-        dialect: name of the server's dialect; None to tell it from the first frame.
-        timeout: how long the handshake or an answer may take [s].
-        actions: what an answer must have.
+        settings: as of `ServerPolicy`; without a dialect it is that of the first frame.
 
     Attributes:
-        timeout: how long an answer may take [s].
         metadata: the server's first frame.
         dialect: the server's dialect: as set, or as its first frame shows.
 
@@ -52,20 +43,14 @@ class OpenpiPolicy:
         PolicyAnswerError: its first frame is no metadata.
     """
 
-    def __init__(
-        self,
-        address: str,
-        *,
-        dialect: str | None = None,
-        timeout: float = TIMEOUT,
-        actions: ActionFormat = ActionFormat(),  # noqa: B008 - frozen
-    ) -> None:
-        self.metadata: Mapping[str, object] = {}
-        self._address = address
-        self._set = None if dialect is None else named_dialect(dialect)
+    wire, dialects = "a websocket", DIALECTS
+
+    def __init__(self, address: str, **settings: Unpack[ServerSettings]) -> None:
+        super().__init__(address, **settings)
+        name = settings.get("dialect")
+        self._set = None if name is None else DIALECTS[name]
         self.dialect = self._set or DIALECTS["openpi"]
-        self.timeout = timeout
-        self._wanted = self._actions = actions
+        self._wanted = self._actions
         self._session = new_session()
         self._seed = 0
         self._connection: ClientConnection | None = None
@@ -81,41 +66,38 @@ class OpenpiPolicy:
             return
         request = pack(fields, self.dialect.arrays)
         try:
-            raw, _ = self._exchange(request)
+            raw, _ = self._ask(request)
         except PolicyConnectionError:  # closed between episodes, as vLLM-Omni does after 30 idle seconds
             self._connect()
-            raw, _ = self._exchange(request)
-        reply = raw if isinstance(raw, str) else self._unpacked(raw)
+            raw, _ = self._ask(request)
         with self._placed():
+            reply = raw if isinstance(raw, str) else unpack(raw, self.dialect.arrays)
             check_reset(reported_error(reply) or reply)
 
-    def infer(self, observation: Mapping[str, object]) -> Answer:
-        """Send an observation and return the answer; see `Policy.infer`."""
-        dialect = self.dialect
-        try:
-            packed = pack(observation, dialect.arrays)
-            fields = dialect.observation_fields(self._session, self._seed)
-            request = pack({**observation, **fields}, dialect.arrays) if fields else packed
-        except MessageError as error:
-            raise PolicyError(f"observation: {error}") from None
-        raw, wall = self._exchange(request)
+    def close(self) -> None:
+        """Close the connection."""
+        self._drop()
+
+    def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
+        packed = pack(observation, self.dialect.arrays)
+        fields = self.dialect.observation_fields(self._session, self._seed)
+        return packed, pack({**observation, **fields}, self.dialect.arrays) if fields else packed
+
+    def _exchange(self, request: bytes) -> tuple[bytes, float]:
+        raw, wall = self._ask(request)
         if isinstance(raw, str):
             self._drop()  # the server closes the connection after it
             lines = printable(raw, 4000).strip().splitlines() or ["no reason given"]
             raise PolicyAnswerError(
                 "\n".join([f"{self._address}: the policy failed: {lines[-1].strip()}", *lines[:-1]])
             )
-        reply = self._unpacked(raw)
-        with self._placed():
-            if problem := reported_error(reply):
-                raise PolicyAnswerError(f"the policy failed: {one_printable_line(problem[:1000])}")
-            actions = self._actions.read(reply)
-        digest = hashlib.sha256(packed).hexdigest()
-        return Answer(actions, raw, digest, wall, server_time(reply), extras(reply))
+        return raw, wall
 
-    def close(self) -> None:
-        """Close the connection."""
-        self._drop()
+    def _reply(self, raw: bytes) -> tuple[object, object, Mapping[str, object]]:
+        reply = unpack(raw, self.dialect.arrays)
+        if problem := reported_error(reply):
+            raise PolicyAnswerError(f"the policy failed: {one_printable_line(problem[:1000])}")
+        return reply, reply, extras(reply)
 
     def _connect(self) -> None:
         self._drop()
@@ -172,7 +154,7 @@ class OpenpiPolicy:
         if not self._wanted.keys and isinstance(keys, list) and all(isinstance(each, str) for each in keys):
             self._actions = replace(self._wanted, keys=tuple(keys))
 
-    def _exchange(self, request: bytes) -> tuple[bytes | str, float]:
+    def _ask(self, request: bytes) -> tuple[bytes | str, float]:
         """Send a request and return the reply with the time between [s]; a connection that fails is dropped."""
         connection = self._connection
         if connection is None:
@@ -216,18 +198,6 @@ class OpenpiPolicy:
 
     def _lost(self, error: Exception) -> PolicyConnectionError:
         return PolicyConnectionError(f"{self._address}: the connection is lost ({_reason(error)})")
-
-    def _unpacked(self, raw: bytes) -> object:
-        with self._placed():
-            return unpack(raw, self.dialect.arrays)
-
-    @contextmanager
-    def _placed(self) -> Iterator[None]:
-        """Name the server in errors about its answer."""
-        try:
-            yield
-        except (MessageError, PolicyAnswerError) as error:
-            raise PolicyAnswerError(f"{self._address}: {error}") from None
 
     def _drop(self) -> None:
         connection, self._connection = self._connection, None

@@ -6,8 +6,7 @@ from urllib.parse import urlsplit
 
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.agent import PolicyAgent, Setting
-from cellwright.clients.policies.baselines import BASELINES
-from cellwright.clients.policies.connect import SCHEMES, connect
+from cellwright.clients.policies.connect import BASELINES, SCHEMES, connect
 from cellwright.clients.policies.dialects import GROOT_MODALITIES
 from cellwright.clients.policies.key_map import RATE, Cell
 from cellwright.clients.policies.map_reader import load_map

@@ -206,7 +206,7 @@ class ReportCheck:
             self._instant += schedule.period
         self._differs(report, "observed", self._instant)
         if self._latencies is not None:
-            self._differs(report, "latency", in_ticks(self._latencies(_NO_TIMES), rules.tick))
+            self._differs(report, "latency", in_ticks(self._latencies(report), rules.tick))
         request: Request = schedule.ask(self._instant, latency=report.latency, length=report.length)
         self._differs(report, "ready", request.observed + request.latency)
         self._differs(report, "first", request.first)
@@ -217,14 +217,3 @@ class ReportCheck:
         found = getattr(report, name)
         if found != expected:
             raise UsageError(f"request {report.number}: {name} must be {expected} by the rules (got {found})")
-
-
-@dataclass(frozen=True, slots=True)
-class _Times:
-    """Times of an answer that no drawn latency asks for."""
-
-    wall: float = 0.0
-    infer_ms: float | None = None
-
-
-_NO_TIMES = _Times()

@@ -17,7 +17,7 @@ SIZES: Final[dict[str, int]] = {
     "rot6d": 6,
     "none": 0,
 }
-"""How many numbers a form has. `euler_xyz` is roll, pitch, yaw about the fixed axes [rad]; `rot6d` the first column of
+"""Count of numbers of a form. `euler_xyz` is roll, pitch, yaw about the fixed axes [rad]; `rot6d` the first column of
 the matrix, then the second (Zhou et al. 2019, arXiv 1812.07035); `none` leaves the rotation out.
 """
 _LEAST = 1e-9

@@ -45,7 +45,7 @@ class Request:
         first: the first instant at which the answer can act.
         index: index of its first action to act.
         length: number of actions in the answer.
-        used: how many of them have acted so far.
+        used: number of them that have acted so far.
         held: ticks in which there was no action to act after this answer's.
     """
 
@@ -71,11 +71,11 @@ class Schedule:
 
     Args:
         period: ticks between two control instants.
-        mode: what happens while the policy thinks.
+        mode: rule for the time in which the policy thinks.
         horizon: number of actions after which the next request is made; None: all of an answer, in `async` half of it.
-        drops_stale: whether actions for instants that are past when the answer comes are left out, so that each acts
+        drops_stale: True if actions for instants that are past when the answer comes are left out, so that each acts
             at the time it was made for; None: in `async` alone. The others play each answer from its first action.
-        thinks_first: whether the world stands still for the first request.
+        thinks_first: True if the world stands still for the first request.
 
     Raises:
         UsageError: a number is not above 0.

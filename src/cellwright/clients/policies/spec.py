@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.clients.policies.latency import OPTION as LATENCY
@@ -38,7 +38,7 @@ class PolicySpec:
         latency: source of the latencies; empty for the one that the mode implies.
         mode: mode of the schedule; empty for `frozen` without a latency, else `async`.
         chunk: number of actions after which it is asked again; None: that of the map.
-        thinks_first: whether the world stands still for the first request.
+        thinks_first: True if the world stands still for the first request.
         seed: seed of the run.
     """
 
@@ -158,8 +158,3 @@ class PolicySpec:
 def is_policy(agent: str) -> bool:
     """Return whether the name of an agent says a policy with its rules."""
     return agent.partition(" ")[0] == AGENT
-
-
-def seeded(agent: str, seed: int) -> str:
-    """Return the name of an agent for the run of a seed: policies draw from streams of it."""
-    return replace(PolicySpec.read(agent), seed=seed).words if is_policy(agent) else agent
