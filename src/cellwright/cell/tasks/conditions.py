@@ -7,7 +7,7 @@ at 0 and 0.24 at 0.2 m.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.kit_score import score_kit
@@ -43,8 +43,9 @@ def potential(condition: Condition, view: TaskView) -> float:
         condition: the condition.
         view: the cell now.
     """
-    done = 1.0 if holds(condition, view) else 0.0
-    return done or min(_POTENTIALS[type(condition)](condition, view), math.nextafter(1.0, 0.0))
+    if holds(condition, view):
+        return 1.0
+    return min(_nearness(condition, view), math.nextafter(1.0, 0.0))
 
 
 def holds(condition: Condition, view: TaskView) -> bool:
@@ -63,7 +64,7 @@ def holds(condition: Condition, view: TaskView) -> bool:
                 for each in view.lying(condition.tray)
             )
         case KitBuilt() | Scored():
-            return any(points >= full - _POINTS for points, full in _POINTS_OF[type(condition)](condition, view))
+            return any(points >= full - _POINTS for points, full in _points(condition, view))
         case Discarded():
             return not any(_is_kept(condition, view))
         case Turned():
@@ -71,6 +72,25 @@ def holds(condition: Condition, view: TaskView) -> bool:
             return any(_turn(part, view) >= math.pi - condition.tolerance for part in parts)
         case LinkAt():
             return math.dist(view.link(condition.robot, condition.link), condition.at) <= condition.tolerance
+
+
+def _nearness(condition: Condition, view: TaskView) -> float:
+    match condition:
+        case Held():
+            return _near_held(condition, view)
+        case OnTray():
+            return _near_on_tray(condition, view)
+        case KitBuilt() | Scored():
+            shares = (max(0.0, points) / goal for points, goal in _points(condition, view) if goal > 0.0)
+            return max(shares, default=0.0)
+        case Discarded():
+            kept = [*_is_kept(condition, view)]
+            return 1.0 - sum(kept) / max(1, len(kept))
+        case Turned():
+            return _near_turned(condition, view)
+        case LinkAt():
+            distance = math.dist(view.link(condition.robot, condition.link), condition.at)
+            return near(distance - condition.tolerance)
 
 
 def _held(condition: Held, view: TaskView) -> Iterator[WorldPart]:
@@ -116,24 +136,17 @@ def _near_on_tray(condition: OnTray, view: TaskView) -> float:
     return max(map(share, view.of_type(condition.part)), default=0.0)
 
 
-def _kit_points(condition: KitBuilt, view: TaskView) -> Iterator[tuple[float, float]]:
-    """Yield points and goal of each kit of the announced orders, on each tray that may have it."""
+def _points(condition: KitBuilt | Scored, view: TaskView) -> Iterator[tuple[float, float]]:
+    """Yield points and goal: of the score, or of each kit of the announced orders, on each tray that may have it."""
+    if isinstance(condition, Scored):
+        goal = attainable_score(view.trial).total if condition.points is None else condition.points
+        yield view.competition.score().total, goal
+        return
     attainable = attainable_score(view.trial)
     for kit in (kit for order in view.competition.announced for kit in order.kits):
         goal = attainable.kit(kit.kit_type).total if condition.points is None else condition.points
         for tray in view.trays if kit.tray is None else [kit.tray]:
             yield score_kit(kit, view.lying(tray)).total, goal
-
-
-def _score_points(condition: Scored, view: TaskView) -> Iterator[tuple[float, float]]:
-    goal = attainable_score(view.trial).total if condition.points is None else condition.points
-    yield view.competition.score().total, goal
-
-
-def _near_points(condition: KitBuilt | Scored, view: TaskView) -> float:
-    """The share of the points."""
-    found = _POINTS_OF[type(condition)](condition, view)
-    return max((max(0.0, points) / goal for points, goal in found if goal > 0.0), default=0.0)
 
 
 def _is_kept(condition: Discarded, view: TaskView) -> Iterator[bool]:
@@ -142,12 +155,6 @@ def _is_kept(condition: Discarded, view: TaskView) -> Iterator[bool]:
     for part in view.parts.all:
         if part.name in view.parts.in_play and view.is_faulty(part.name):
             yield part.name in standing or view.is_held(part)
-
-
-def _near_discarded(condition: Discarded, view: TaskView) -> float:
-    """The share of the faulty parts."""
-    kept = [*_is_kept(condition, view)]
-    return 1.0 - sum(kept) / max(1, len(kept))
 
 
 def _turn(part: WorldPart, view: TaskView) -> float:
@@ -164,20 +171,3 @@ def _near_turned(condition: Turned, view: TaskView) -> float:
         return REACHED * reached + (1.0 - REACHED) * _turn(part, view) / math.pi
 
     return max(map(share, view.of_type(condition.part)), default=0.0)
-
-
-def _near_link(condition: LinkAt, view: TaskView) -> float:
-    """Nearness to the tolerance."""
-    return near(math.dist(view.link(condition.robot, condition.link), condition.at) - condition.tolerance)
-
-
-_POINTS_OF: dict[type, Callable[..., Iterator[tuple[float, float]]]] = {KitBuilt: _kit_points, Scored: _score_points}
-_POTENTIALS: dict[type, Callable[..., float]] = {
-    Held: _near_held,
-    OnTray: _near_on_tray,
-    KitBuilt: _near_points,
-    Scored: _near_points,
-    Discarded: _near_discarded,
-    Turned: _near_turned,
-    LinkAt: _near_link,
-}
