@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import subprocess
 import sys
-import time
-from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.child import BridgeProcess, Child, Lines, RestartDelay, describe_exit, start_bridge
-from cellwright.util.errors import UsageError
+from cellwright.middleware.child import Child, Lines, RestartDelay, describe_exit
 from tests.support.processes import is_running
 from tests.support.waiting import TIMEOUT, wait_until
 
@@ -146,71 +141,6 @@ os.kill(os.getpid(), 9)
     assert ran.returncode == -signal.SIGKILL
     pid = int(ran.stdout)
     wait_until(lambda: not is_running(pid), "end of the child")
-
-
-class Started:
-    """Stand-in for a bridge that lives and becomes ready after some calls."""
-
-    def __init__(self, ready_after: float) -> None:
-        self.is_ready = False
-        self.last_line, self.last_printed = "no license", ""
-        self._left = ready_after
-
-    def poll(self) -> None:
-        self._left -= 1
-        self.is_ready = self._left <= 0
-
-
-def wait_with_clock(monkeypatch: pytest.MonkeyPatch, ready_after: float, said: list[str]) -> bool:
-    """Start a bridge that takes `ready_after` seconds on the wall clock, which each call moves by one."""
-    now = iter(range(1_000_000))
-    monkeypatch.setattr(time, "monotonic", lambda: float(next(now)))
-    bridge: Any = Started(ready_after)
-    return start_bridge(bridge, "ROS 2", lambda _seconds: None, lambda: False, said.append)
-
-
-def test_bridge_that_lives_may_start_slowly_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[str] = []
-    assert wait_with_clock(monkeypatch, 65, said)
-    assert said == [
-        f"the ROS 2 bridge is not ready after {seconds} s; waiting for up to 300 s" for seconds in (20, 40, 60)
-    ]
-
-
-def test_bridge_that_lives_without_being_ready_is_given_up_after_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(UsageError, match="the ROS 2 bridge is not ready after 300 s: no license"):
-        wait_with_clock(monkeypatch, math.inf, [])
-
-
-@pytest.mark.parametrize(
-    ("program", "said"),
-    [
-        ("import sys; print('ports'); print('domain', file=sys.stderr); sys.exit(1)", ": domain"),
-        ("import sys; print('\\033[31;1mno ports\\033[m'); sys.exit(1)", ": no ports"),
-        (
-            "import sys; sys.exit(1)",
-            (
-                ": it gave no reason; see the variables that `printenv | grep ROS` prints, "
-                "and the newest log of ~/.ros/log"
-            ),
-        ),
-    ],
-    ids=["on stderr", "on stdout", "nowhere"],
-)
-def test_bridge_that_ends_early_gives_its_reason_or_where_to_look(tmp_path: Path, program: str, said: str) -> None:
-    (tmp_path / "bridge.py").write_text(program)
-    bridge = BridgeProcess(
-        tmp_path / "bridge.py",
-        ("127.0.0.1", 1),
-        (),
-        python=sys.executable,
-        environment=os.environ,
-        on_line=lambda _line: None,
-    )
-    with pytest.raises(UsageError) as failed:
-        start_bridge(bridge, "ROS 2", lambda _seconds: None, lambda: False, lambda _line: None)
-    bridge.stop()
-    assert str(failed.value) == f"the ROS 2 bridge ended with status 1{said}"
 
 
 @pytest.mark.parametrize(

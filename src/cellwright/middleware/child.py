@@ -1,4 +1,4 @@
-"""Child processes: tied to this process, read without blocking, restarted with a back-off; bridges among them.
+"""Child processes: tied to this process, read without blocking, restarted with a back-off.
 
 One thread calls everything here: it starts the children and lives as long as the process, since a child is tied to the
 thread that starts it. No call waits longer than documented.
@@ -10,16 +10,13 @@ kernel ends them with this process, and their lines come to the one thread that 
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
-from ipaddress import ip_address
 from pathlib import Path
 
 from cellwright.middleware import wire as link
-from cellwright.util.errors import UsageError
 
 _PARENT_WATCH = Path(link.__file__).with_name("parent_watch.py")
 _PIECE = 1 << 16
@@ -35,13 +32,9 @@ A bridge needs 0.3 s of processor time to leave its graph, which are seconds on 
 ROS 2 would leave 16 MiB of shared memory for good.
 """
 
-_READY_LINE = "ready"
-_COLOURS = re.compile(r"\x1b\[[\d;]*m")
 READY_LIMIT = 300.0
 """Time [s] for a program that lives to be ready: a busy machine may take ten times as long as an idle one."""
 READY_PERIOD = 20.0  # time [s] between two lines about one that is not ready yet
-_SERVING = 0.02  # [s]
-_WHERE_TO_LOOK = "see the variables that `printenv | grep ROS` prints, and the newest log of ~/.ros/log"
 _FIRST_WAIT, _MAX_WAIT = 0.25, 8.0  # [s]
 _FORGIVEN = 10.0  # [s]: after a run this long, the next failure counts as the first
 
@@ -134,46 +127,6 @@ class Child:
         self._pipes.clear()
 
 
-class BridgeProcess(Child):
-    """One run of a bridge to the server at an address; `on_line` takes what it prints on stderr, line by line."""
-
-    def __init__(
-        self,
-        program: Path,
-        address: tuple[str, int],
-        arguments: Sequence[str],
-        *,
-        python: str,
-        environment: Mapping[str, str],
-        on_line: Callable[[str], None],
-    ) -> None:
-        self.is_ready = False  # true if everything is registered
-        # On stderr, and on stdout, where libraries of ROS have errors too.
-        self.last_line = self.last_printed = ""
-        self._on_line = on_line
-        host, port = address
-        if ip_address(host).is_unspecified:
-            host = "127.0.0.1"
-        super().__init__(
-            [python, str(program), f"--connect={host}:{port}", *arguments],
-            environment,
-            python=python,
-            parting=signal.SIGTERM,
-            on_output=self._on_output,
-            on_error=self._on_error_line,
-        )
-
-    def _on_output(self, line: str) -> None:
-        if line == _READY_LINE:
-            self.is_ready = True
-        else:
-            self.last_printed = _COLOURS.sub("", line)
-
-    def _on_error_line(self, line: str) -> None:
-        self.last_line = line
-        self._on_line(line)
-
-
 class Waiting:
     """Wait for a program that has been started: says at times that it goes on, and ends after `READY_LIMIT`.
 
@@ -194,36 +147,6 @@ class Waiting:
             self._report(f"{self._what} is not ready after {waited:.0f} s; waiting for up to {READY_LIMIT:g} s")
             self._next += READY_PERIOD
         return waited >= READY_LIMIT
-
-
-def start_bridge(
-    bridge: BridgeProcess,
-    kind: str,
-    serve: Callable[[float], object],
-    is_stopped: Callable[[], bool],
-    report: Callable[[str], None],
-) -> bool:
-    """Serve clients until a bridge is ready; return whether it is, or False if it was stopped before.
-
-    Args:
-        bridge: a client of the server.
-        kind: what it leads to, in a word.
-        serve: serves clients for some time [s].
-        is_stopped: returns whether the session has been stopped.
-        report: takes a line about a start that takes long.
-
-    Raises:
-        UsageError: it has ended, or is not ready after `READY_LIMIT`.
-    """
-    waiting = Waiting(f"the {kind} bridge", report)
-    while not bridge.is_ready and not is_stopped():
-        serve(_SERVING)
-        status = bridge.poll()
-        if status is not None or waiting.is_over():
-            how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
-            why = bridge.last_line or bridge.last_printed or f"it gave no reason; {_WHERE_TO_LOOK}"
-            raise UsageError(f"the {kind} bridge {how}: {why}")
-    return bridge.is_ready
 
 
 def describe_exit(status: int) -> str:

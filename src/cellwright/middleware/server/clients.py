@@ -246,7 +246,7 @@ def refused_frame(number: int, error: BaseException, said: str | None = None) ->
     Args:
         number: of the request.
         error: its text is the reason.
-        said: what the report of the refusal added to the reason; None if it was only counted.
+        said: addition of the report to the reason; None if it was only counted.
     """
     kinds = type(error).__mro__
     known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)

@@ -178,7 +178,7 @@ def test_own_master_that_is_killed_is_restarted(no_master: Ground) -> None:
     run = parameter(no_master, "/run_id")
     os.kill(pid_of(cell, "rosmaster"), signal.SIGKILL)
     cell.wait_for("the ROS master at .* was ended by SIGKILL; restarting it")
-    cell.wait_for("all topics and services are registered again at")
+    cell.wait_for("all topics and services are in ROS 1 again")
     assert nodes(no_master) >= {GAZEBO, PUBLISHER}
     assert parameter(no_master, "/run_id") != run
 

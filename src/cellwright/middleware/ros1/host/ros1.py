@@ -12,29 +12,23 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from cellwright._package import FOLDER
-from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
+from cellwright.middleware.bridge_host import BridgeHost, BridgeProcess, Serve
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient, MasterError, OwnMaster
 from cellwright.middleware.ros1.identity import Identity
 from cellwright.util.errors import UsageError
 
-MASTER_IS_BACK = 75
-"""The bridge's exit status if a lost master answers again: everything has to be registered again."""
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _AGAIN = 0.5  # time [s] between two attempts to reach a lost master
 
 
-Serve = Callable[[float], object]  # serves the cell's clients for some time [s]
+class Ros1(BridgeHost):
+    """Presents a served cell or robot in ROS 1; see `BridgeHost`."""
 
-
-class Ros1:
-    """Presents a served cell or robot in ROS 1. Close it, or use it in a `with`: this ends all that it started.
-
-    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`.
-    """
+    kind = "ROS 1"
 
     def __init__(
         self,
@@ -44,9 +38,8 @@ class Ros1:
         *,
         identity: Identity,
     ) -> None:
+        super().__init__(report, is_stopped)
         self.identity = identity
-        self.report = report
-        self._is_stopped = is_stopped
         self._installation = installations.find(environment)
         here = self._installation.environment
         self.master = MasterClient(here.get(URI_VARIABLE) or DEFAULT_URI)
@@ -58,20 +51,9 @@ class Ros1:
         """Environment that leads a program of ROS 1 to the same master."""
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
-        self._bridge: BridgeProcess | None = None
-        self._timeout = RestartDelay()
-        self._again = 0.0
         self._preparation: threading.Thread | None = None
         self._closed = threading.Event()
-        self._was_ready = False
-        self._address = ("", 0)
         self._parameters: Mapping[str, Any] = {}
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def prepare(self) -> None:
         """Ensure a master, and set `/use_sim_time` if time is simulated; call it before anything slow.
@@ -88,8 +70,8 @@ class Ros1:
                     self.report(f"{rival} also publishes {where}: programs receive from both and command both")
             elif self.master.is_local:
                 self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
-                self._own_master.wait(self._is_stopped)
-                if self._is_stopped():
+                self._own_master.wait(self.is_stopped)
+                if self.is_stopped():
                     return
                 self._own_master.mark()
             else:
@@ -117,30 +99,16 @@ class Ros1:
             UsageError: it failed; the text has the reason.
         """
         self._address, self._parameters = address, parameters
-        if self._is_stopped():
+        if self.is_stopped():
             return False
         try:
             self._set_parameters()
-            bridge = self._start_bridge()
+            bridge = self._start()
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
         except OSError as error:
             raise UsageError(f"the ROS 1 bridge could not be started: {error}") from None
-        self._was_ready = start_bridge(bridge, "ROS 1", serve, self._is_stopped, lambda line: self.report(line))
-        return self._was_ready
-
-    @property
-    def bridge_pid(self) -> int | None:
-        """Process id of the bridge; None if it does not run."""
-        return None if self._bridge is None else self._bridge.pid
-
-    def poll(self) -> None:
-        """Check master and bridge, and restart what has ended; call it often, and from the same thread."""
-        try:
-            self._look_after()
-        except OSError as error:  # no memory, process or file descriptor left on this machine
-            self._again = time.monotonic() + self._timeout.after(0.0)
-            self.report(f"a ROS 1 program could not be started: {error}; trying again")
+        return self._await(bridge, serve)
 
     def _look_after(self) -> None:
         if self._own_master is not None:
@@ -150,25 +118,10 @@ class Ros1:
         elif self._preparation is not None:
             if not self._preparation.is_alive():
                 self._preparation = None
-                self._start_bridge()
+                self._start()
         elif time.monotonic() >= self._again:
             self._preparation = threading.Thread(target=self._prepare_again, name="ros-parameters", daemon=True)
             self._preparation.start()
-
-    def _look_at(self, bridge: BridgeProcess) -> None:
-        status = bridge.poll()
-        if bridge.is_ready and not self._was_ready:
-            self._was_ready = True
-            self.report(f"all topics and services are registered again at {self.master.uri}")
-        if status is None:
-            return
-        self._bridge = None
-        self._was_ready = False
-        bridge.stop()
-        self._again = time.monotonic()
-        if status != MASTER_IS_BACK:
-            self._again += self._timeout.after(time.monotonic() - bridge.started)
-            self.report(f"the ROS 1 bridge {describe_exit(status)}; restarting it")
 
     def _prepare_again(self) -> None:
         """Prepare the start of a bridge: a master with the parameters, and no other node as the simulator."""
@@ -194,14 +147,12 @@ class Ros1:
     def close(self) -> None:
         """End all that was started, the bridge first: it unregisters at the master."""
         self._closed.set()
-        bridge, self._bridge = self._bridge, None
-        if bridge is not None:
-            bridge.stop()
+        super().close()
         own, self._own_master = self._own_master, None
         if own is not None:
             own.stop()
 
-    def _start_bridge(self) -> BridgeProcess:
+    def _start(self) -> BridgeProcess:
         identity = self.identity
         self._bridge = BridgeProcess(
             _BRIDGE_PROGRAM,
@@ -217,11 +168,6 @@ class Ros1:
             on_line=self._on_line,
         )
         return self._bridge
-
-    def _on_line(self, line: str) -> None:
-        """Forward the bridge's output, except complaints about its disconnection at the end."""
-        if not self._is_stopped():
-            self.report(f"ROS 1: {line}")
 
     def _refuse_another(self) -> None:
         name = self.identity.node

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
 
 from cellwright._package import FOLDER
-from cellwright.middleware.child import BridgeProcess, RestartDelay, describe_exit, start_bridge
+from cellwright.middleware.bridge_host import BridgeHost, BridgeProcess, Serve
 from cellwright.util.errors import UsageError
 
 CELL_NODE = "/cellwright"
@@ -62,15 +60,16 @@ def transport_variables(distribution: str, environment: Mapping[str, str]) -> di
     return {OLD_PROFILES_VARIABLE if is_old else PROFILES_VARIABLE: str(_BRIDGE_PROGRAM.with_name(_PROFILES))}
 
 
-class Ros2:
-    """Presents a served cell or robot in ROS 2. Close it, or use it in a `with`: this ends the bridge.
+class Ros2(BridgeHost):
+    """Presents a served cell or robot in ROS 2; see `BridgeHost`.
 
-    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`. `others` are the names that
-    ros2_control has, by name of the contract.
+    `others` are the names that ros2_control has, by name of the contract.
 
     Raises:
         UsageError: there is no ROS 2, or it lacks interfaces.
     """
+
+    kind = "ROS 2"
 
     def __init__(
         self,
@@ -84,7 +83,7 @@ class Ros2:
     ) -> None:
         from cellwright.middleware.ros2.host import installation as installations  # slow to load
 
-        self.report = report
+        super().__init__(report, is_stopped)
         self.options = options or Ros2Options()
         self._node = node
         if self.options.names == "2017":
@@ -93,7 +92,6 @@ class Ros2:
             name: [other] if self.options.names == "ros2_control" else [name, other]
             for name, other in (others or {}).items()
         }
-        self.is_stopped = is_stopped
         found = installations.find(environment)
         for note in found.notes:
             report(note)
@@ -106,19 +104,9 @@ class Ros2:
         self.for_programs: Mapping[str, str] = own
         """Environment that leads a program of ROS 2 to the same nodes."""
         self.domain = found.environment.get(installations.DOMAIN_VARIABLE) or "0"
-        self._bridge: BridgeProcess | None = None
-        self._delay = RestartDelay()
-        self._again = 0.0
-        self._was_ready = self._has_started = self._is_joining = False
-        self._address = ("", 0)
+        self._has_started = self._is_joining = False
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def join(self, address: tuple[str, int], serve: Callable[[float], object]) -> bool:
+    def join(self, address: tuple[str, int], serve: Serve) -> bool:
         """Start the bridge, and serve clients until all is advertised.
 
         Args:
@@ -139,14 +127,9 @@ class Ros2:
         except OSError as error:
             raise UsageError(f"the ROS 2 bridge could not be started: {error}") from None
         self._is_joining = True
-        self._was_ready = start_bridge(bridge, "ROS 2", serve, self.is_stopped, lambda line: self.report(line))
+        is_ready = self._await(bridge, serve)
         self._is_joining = False
-        return self._was_ready
-
-    @property
-    def bridge_pid(self) -> int | None:
-        """Process id of the bridge; None if it does not run."""
-        return None if self._bridge is None else self._bridge.pid
+        return is_ready
 
     def await_change(self, is_stopped: Callable[[], bool]) -> None:
         """Expect that the bridge joins the server of another world, which runs until it `is_stopped`."""
@@ -154,36 +137,6 @@ class Ros2:
         self._was_ready = False
         if self._bridge is not None:
             self._bridge.is_ready = False
-
-    def poll(self) -> None:
-        """Check the bridge, and restart it if it has ended; call it often, and from the same thread."""
-        try:
-            if self._bridge is not None:
-                self._look_at(self._bridge)
-            elif time.monotonic() >= self._again:
-                self._start()
-        except OSError as error:  # no memory, process or file descriptor left on this machine
-            self._again = time.monotonic() + self._delay.after(0.0)
-            self.report(f"the ROS 2 bridge could not be started: {error}; trying again")
-
-    def _look_at(self, bridge: BridgeProcess) -> None:
-        status = bridge.poll()
-        if bridge.is_ready and not self._was_ready:
-            self._was_ready = True
-            self.report("all topics and services are in ROS 2 again")
-        if status is None:
-            return
-        self._bridge = None
-        self._was_ready = False
-        bridge.stop()
-        self._again = time.monotonic() + self._delay.after(time.monotonic() - bridge.started)
-        self.report(f"the ROS 2 bridge {describe_exit(status)}; restarting it")
-
-    def close(self) -> None:
-        """End the bridge; it leaves the graph first."""
-        bridge, self._bridge = self._bridge, None
-        if bridge is not None:
-            bridge.stop()
 
     def _start(self) -> BridgeProcess:
         arguments = [f"--name={self._node}", f"--names={json.dumps(self._names)}"]
@@ -203,6 +156,6 @@ class Ros2:
         return self._bridge
 
     def _on_line(self, line: str) -> None:
-        """Forward the bridge's output, except complaints about its disconnection, and the reason that `join` raises."""
-        if not self.is_stopped() and not (self._is_joining and line.startswith(_REASON)):
-            self.report(f"ROS 2: {line}")
+        """Forward the output, except the reason that `join` raises."""
+        if not (self._is_joining and line.startswith(_REASON)):
+            super()._on_line(line)
