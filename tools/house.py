@@ -32,6 +32,9 @@ ELSEWHERE = {
 }
 """Rooms and modules that only an interpreter of ROS loads, with the folders of tests that run them there."""
 
+LIMITED = (*SOURCES, "tests", "examples", "adapters", "docs", "scripts")
+"""Folders whose Python files have at most `MAX_LINES` lines."""
+
 GENERATED = "\n\nGenerated: "
 """Text in the docstring of a module that a tool writes, whose tests compare it with what the tool writes today."""
 
@@ -179,15 +182,22 @@ class Project:
 
 def check(project: Project) -> Iterator[Finding]:
     """Yield the findings of a checkout."""
+    yield from long_files(project)
     for module in project.modules:
-        if (lines := len(module.source.splitlines())) > MAX_LINES:
-            yield Finding(module.path, 1, f"{lines} lines (at most {MAX_LINES}); split it where its idea changes")
         yield from late_constants(module)
         yield from stale_names(module, project.words)
     yield from stale_paths(project)
     for path in project.unmirrored:
         folder, _, name = path.replace("src/cellwright", "tests").rpartition("/")
         yield Finding(path, 1, f"no mirrored test; add {folder}/test_{name.lstrip('_')}")
+
+
+def long_files(project: Project) -> Iterator[Finding]:
+    """Yield the Python files with too many lines, those of tests included."""
+    for path in sorted(path for folder in LIMITED for path in (project.root / folder).rglob("*.py")):
+        if (lines := len(path.read_text(encoding="utf-8").splitlines())) > MAX_LINES:
+            name = path.relative_to(project.root).as_posix()
+            yield Finding(name, 1, f"{lines} lines (at most {MAX_LINES}); split it where its idea changes")
 
 
 def late_constants(module: Module) -> Iterator[Finding]:

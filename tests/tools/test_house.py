@@ -75,9 +75,11 @@ def test_path_of_a_page_that_does_not_exist_is_found(path: str, is_found: bool, 
 
 def test_file_with_too_many_lines_is_found(tmp_path: Path) -> None:
     lines = CLEAN.count("\n")
-    assert findings(tmp_path, CLEAN + "\n" * (house.MAX_LINES - lines)) == []
-    (only,) = findings(tmp_path, CLEAN + "\n" * (house.MAX_LINES - lines + 1))
-    assert only == "1: 401 lines (at most 400); split it where its idea changes"
+    most, more = (CLEAN + "\n" * (house.MAX_LINES - lines + each) for each in (0, 1))
+    assert findings(tmp_path, most) == []
+    found = findings(tmp_path, more, **{"tests/cell/test_agv.py": more})
+    problem = "1: 401 lines (at most 400); split it where its idea changes"
+    assert found == [problem, f"tests/cell/test_agv.py:{problem}"]
 
 
 @pytest.mark.parametrize(

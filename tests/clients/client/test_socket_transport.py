@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
-import socket
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -18,11 +15,11 @@ from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.client.socket_transport import SocketTransport, check_answer
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.wire.frames import Frame, FrameKind, hello
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.running.run import RunOptions, RunResult, ServerOptions, Session, SessionResult
 from cellwright.util.errors import (
@@ -321,46 +318,6 @@ def test_lockstep_clients_share_time() -> None:
     assert home.result.steps == 25
 
 
-def test_missing_server_is_reported() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        address = taken.getsockname()[:2]
-    with pytest.raises(UsageError, match=f"no server answers at 127.0.0.1:{address[1]}: "):
-        SocketTransport(address)
-
-
-@pytest.mark.parametrize(
-    "response",
-    [
-        b"HTTP/1.1 400 Bad Request\r\n\r\n",
-        b"",
-        Frame(FrameKind.REFUSED, name="UsageError", payload=b"not you").encode(),
-    ],
-)
-def test_foreign_server_is_refused(response: bytes) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        address = listener.getsockname()[:2]
-
-        def answer() -> None:
-            connection, _ = listener.accept()
-            with connection:
-                connection.recv(len(hello("/client", "cdr").encode()))
-                connection.sendall(response)
-
-        thread = threading.Thread(target=answer)
-        thread.start()
-        with pytest.raises(UsageError, match="no server answers at"):
-            SocketTransport(address)
-        thread.join(TIMEOUT)
-
-
-def test_control_bytes_in_refusal_are_escaped() -> None:
-    refusal = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
-    with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
-        check_answer(refusal)
-    with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
-        check_answer(replace(refusal, name="UnknownNameError"))
-
-
 def test_connect_accepts_host_and_port_text() -> None:
     with served(Cell(KITTING)) as home:
         host, port = home.address
@@ -370,14 +327,6 @@ def test_connect_accepts_host_and_port_text() -> None:
         client.close()
     with pytest.raises(UsageError, match=f"127.0.0.1:{port}"):
         Client.connect((host, port))
-
-
-@pytest.mark.parametrize(
-    "text", ["", "here", ":80", "here:", "here:0", "here:65536", "here:8o", "here:" + 7 * "9", "a:²"]
-)
-def test_connect_refuses_invalid_address(text: str | tuple[str, int]) -> None:
-    with pytest.raises(UsageError, match="give a host and a port"):
-        Client.connect(text)
 
 
 def test_client_of_server_forgets_run_before_reset_and_gets_latched_messages_after_restore() -> None:
