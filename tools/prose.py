@@ -1,4 +1,4 @@
-"""Prose check: given-up words, first lines and long sentences in code, scripts and docs.
+"""Prose check: given-up words, openings and long sentences in code, scripts and docs.
 
 `python -m tools.prose` prints each finding as `path:line: what is wrong; what to do` and exits with 1 if there are any.
 `python -m tools.prose --counts` prints figures instead. The given-up words stand in a table of `docs/glossary.md`.
@@ -35,7 +35,9 @@ SKIPPED = (
 )
 """Text of others, and the files that name the given-up words."""
 
-OPENINGS = re.compile(r"(What|Who|Whose|How|Where|When|Why|Whether|Which)\b")
+_QUESTIONS = "what|who|whose|how|where|when|why|whether|which"
+OPENINGS = re.compile(rf"(?im:\A\s*|^ +\w+: )(?:{_QUESTIONS})\b")
+"""First words of a docstring, or of an entry of its lists such as Args, that are a question."""
 _CODE = re.compile(r"`[^`]*`")
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
 _SENTENCE_END = re.compile(r"(?<=[.!?])[\"')*_]*\s+(?=[A-Z`\"'(\[*_0-9])")
@@ -192,9 +194,10 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
             for word in pattern.findall(_CODE.sub("", line) if is_page else line):
                 instead = f"{word!r} is given up; write {words[word.lower()]}"
                 report.findings.append(Finding(path, text.line + offset, "word", instead))
-        if text.kind == "docstring" and OPENINGS.match(text.text.strip()):
-            opening = "the first line opens with a question word; begin with a noun or a verb"
-            report.findings.append(Finding(path, text.line, "opening", opening))
+        for found in OPENINGS.finditer(text.text) if text.kind in ("docstring", "attribute") else ():
+            line = text.line + text.text.count("\n", 0, found.end())
+            opening = "an opening with a question word; begin with a noun or a verb"
+            report.findings.append(Finding(path, line, "opening", opening))
         if text.kind in ("docstring", "attribute", "page", "script"):
             for sentence in sentences(text.text):
                 count = sum(any(map(str.isalnum, word)) for word in sentence.split())
@@ -223,7 +226,7 @@ def figures(report: Report) -> list[str]:
     lines = {(each.path, each.line) for each in report.findings if each.kind == "word"}
     long = sum(count > AIM_WORDS for count in report.sentences)
     return [
-        f"first lines that open with a question word: {by_kind['opening']}",
+        f"openings with a question word: {by_kind['opening']}",
         f"given-up words: {by_kind['word']}, on {len(lines)} lines",
         f"sentences: {len(report.sentences)}, median {statistics.median(report.sentences or [0]):g} words",
         f"sentences over {AIM_WORDS} words: {long}, over {MAX_WORDS}: {by_kind['sentence']}",

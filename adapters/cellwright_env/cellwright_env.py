@@ -61,13 +61,13 @@ class RemoteEnv:
         address: `ws://HOST:PORT` of a server that runs, whose own options hold in place of the arguments after
             `timeout`. None: start a server, and end it with `close`, or with this process.
         python: the Python that has Cellwright, to start a server with; None: the one of this process.
-        timeout: how long the start or a reply may take [s].
+        timeout: bound of the start and of each reply [s].
         rate: control periods in a second [Hz].
         control: `absolute` or `delta`.
         cameras: names of the cameras whose pictures are observed.
 
     Attributes:
-        description: what the server says of the environment: names, units and bounds of actions, and observations.
+        description: description of the environment by its server: names, units and bounds of actions, and observations.
         task: name of the task.
         task_description: its sentence.
         metadata: `render_modes` and `render_fps`, as of Gymnasium.

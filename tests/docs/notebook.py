@@ -39,7 +39,7 @@ class Cell:
 
     Attributes:
         source: its content.
-        is_code: whether it is run.
+        is_code: True if it is run.
         shown: its output as the page shows it; empty if the page shows none.
     """
 

@@ -29,7 +29,7 @@ class Terminal:
     """Bash with job control: the programs that it starts get Ctrl-C as from a keyboard.
 
     Args:
-        folder: where it starts.
+        folder: its first working folder.
         environment: its environment, whole.
     """
 

@@ -51,7 +51,7 @@ GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 5")
 """The page's belt, and one that soon is empty: a program that misses one gear by its timing misses all of them."""
 
 PATIENCE = 'rospy.get_param("~patience", 20.0)'
-"""How long the program of the page waits for a gear; a gear comes every six seconds, looked for once a second."""
+"""Bound of the wait for a gear in the page's program [s]; a gear comes every six seconds, looked for once a second."""
 
 
 @pytest.mark.ros1
@@ -90,7 +90,7 @@ def hurried(page: str, *, timeout: float) -> str:
 
     Args:
         page: its text.
-        timeout: how long its program waits for a gear [s].
+        timeout: bound of the wait for a gear in its program [s].
     """
     assert GEARS[0] in page
     assert PATIENCE in page

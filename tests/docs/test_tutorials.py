@@ -78,7 +78,7 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
 
     Args:
         taken: the steps.
-        folder: where commands and programs run.
+        folder: working folder of commands and programs.
         warm: runs them; their start is not what a page is about.
         cellwright: runs commands that start processes themselves, in this process, where those are forked.
     """

@@ -26,7 +26,7 @@ def install(monkeypatch: pytest.MonkeyPatch, package: Path) -> Graph:
 
     Args:
         monkeypatch: takes them away again.
-        package: where every package lies.
+        package: folder of all packages.
     """
     graph = Graph()
 

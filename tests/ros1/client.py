@@ -99,7 +99,7 @@ class Client(Process):
             program: the text of a program; or a function that imports everything in its own body.
             arguments: of the function, as JSON values; or of the program, as text.
             environment: its whole environment.
-            folder: where it runs; the program is written there.
+            folder: its working folder; the program is written there.
         """
         python = ros_python()
         assert python is not None

@@ -35,8 +35,8 @@ def cannot_run(reason: str, sight: str) -> NoReturn:
     """Skip a test; or fail it in CI, so that a green build has run everything.
 
     Args:
-        reason: what this machine lacks.
-        sight: what CI must run.
+        reason: the lack of this machine.
+        sight: test that CI must run.
     """
     if os.environ.get("CI", "") not in ("", "0", "false"):
         pytest.fail(f"CI has to see {sight}, but there is {reason}", pytrace=False)

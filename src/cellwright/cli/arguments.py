@@ -154,7 +154,7 @@ class CellArguments:
         Args:
             files: the files, as they were named.
             console: receives refusals of the cell.
-            competition: whether it is a competition.
+            competition: True if it is a competition.
             viewpoints: cameras by their options; the cell must have the views that they name.
             about: further facts about the run for a panel.
         """

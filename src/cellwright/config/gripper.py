@@ -54,7 +54,7 @@ class ParallelGripperSettings:
             loads up to the pads' friction times this force.
         speed: speed at which the distance between the pads changes [m/s].
         pad: the pads.
-        holds: how it holds a part.
+        holds: its way to hold a part.
 
     Raises:
         DescriptionError: values are out of bounds.

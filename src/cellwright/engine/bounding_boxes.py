@@ -99,7 +99,7 @@ def sums(rows: Vectors, columns: Vectors, out: Vectors | None = None) -> Vectors
     Args:
         rows: one number of each sum, and 1, shape (..., n, 2).
         columns: 1, and the other number, shape (..., 2, m).
-        out: where the sums go, shape (..., n, m).
+        out: array of the sums, shape (..., n, m).
     """
     return np.asarray(np.matmul(rows, columns, out=out))
 

@@ -83,7 +83,7 @@ class SleepingGroups:
 
         Args:
             data: the engine's data, with the poses of sleeping bodies.
-            is_awake: which trees are awake.
+            is_awake: True for each tree that is awake.
         """
         key = is_awake.tobytes()
         if self._known is None or self._known[0] != key:

@@ -27,7 +27,7 @@ class ChainJoint:
         name: name of the joint.
         axis: direction of the axis, a unit vector.
         point: a point of the axis [m].
-        is_prismatic: whether it moves along the axis, and not about it.
+        is_prismatic: True if it moves along the axis, and not about it.
         lower, upper: limits of position [rad; m]; infinite without.
         speed: maximum speed [rad/s; m/s]; infinite without.
     """

@@ -108,11 +108,11 @@ class Interception:
     Attributes:
         motion: from the arm's present posture to the place above the grasp, where it waits. Then it descends to the
             part while following it, rises again and comes to rest.
-        departs: when `motion` must begin.
-        arrives: when the arm is above the place.
-        sets_off: when it begins to follow the part.
-        touches: when it is at the grasp.
-        rises: when it leaves the grasp.
+        departs: time at which `motion` must begin.
+        arrives: time at which the arm is above the place.
+        sets_off: time at which it begins to follow the part.
+        touches: time at which it is at the grasp.
+        rises: time at which it leaves the grasp.
         world_T_grasp: pose of the gripper at the moment of the touch.
     """
 

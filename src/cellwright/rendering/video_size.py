@@ -38,7 +38,7 @@ QUALITIES = (
     FrameQuality((640, 360), 1),
     FrameQuality((480, 270), 1),
 )
-"""What is tried, in this order. Without a GPU samples take the time of a frame, so smaller ones have one a pixel."""
+"""Qualities to try, in order. Without a GPU samples take the time of a frame, so small ones have one a pixel."""
 
 
 def choose_quality(

@@ -52,12 +52,12 @@ class RobotController:
         model: the engine's model of the robot alone, for the kinematics of its arms.
         place: bus, times and names.
         safety: safety settings.
-        motion: how joints reach their targets.
+        motion: settings of the motion to targets.
         driver: moves the robot in place of its servos.
 
     Attributes:
         servos: the servos of the simulated joints.
-        driver: what moves the robot: the servos, or a driver.
+        driver: mover of the robot: the servos, or a driver.
         commander: the targets of all joints.
         homing: the motion home.
         ee_poses: the motions of the arms' tips.

@@ -35,7 +35,7 @@ class RobotSettings:
     """Settings of a robot's node.
 
     Attributes:
-        motion: how joints reach their targets.
+        motion: settings of the motion to targets.
         timestep: length of a step [s].
         self_collision: enables contacts between links.
         safety: safety settings.

@@ -94,7 +94,7 @@ class JointServos(Device):
 
     Args:
         robot: the robot.
-        motion: how joints reach their targets.
+        motion: settings of the motion to targets.
         prefix: prefix of the robot's joints in the engine, which may have others beside them.
     """
 

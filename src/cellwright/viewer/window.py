@@ -26,7 +26,7 @@ class Window(ChildProcess):
 
     Args:
         model: the model that it shows.
-        address: where the node is served. It must answer `services.STATE`, and does so only once it runs.
+        address: address of the served node. It must answer `services.STATE`, and does so only once it runs.
         sliders: show a slider for each joint; a moved slider sends a target as any client does.
 
     Raises:

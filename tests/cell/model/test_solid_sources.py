@@ -36,7 +36,7 @@ class Source(NamedTuple):
         number: number of our shapes for them on each such body.
         boxes: bounding boxes of the original's shapes in the body's frame [m]: lowest and highest x, y and z.
         source: origin of the figures.
-        outside: how far [m] one of our shapes sticks out of its box.
+        outside: distance [m] by which one of our shapes sticks out of its box.
         difference: the words of docs/physics.md about that, where it is no rounding.
     """
 

@@ -45,7 +45,7 @@ class Boarding:
         """Return the bodies of new passengers, each with that of its carrier.
 
         Args:
-            movers: what moves, with the times of now.
+            movers: all that moves, with the times of now.
             groups: the groups of what sleeps.
             data: the engine's data.
             last_step: the model and the data that have the contacts of the last step.

@@ -230,8 +230,8 @@ class CollisionCulling(Device):
         """Open what may be touched soon, close what cannot, and look for new passengers.
 
         Args:
-            is_awake: which trees are awake.
-            looked: what a look has found if nothing has changed but positions and velocities.
+            is_awake: True for each tree that is awake.
+            looked: findings of a look if nothing has changed but positions and velocities.
         """
         data = self.simulation.data
         woken = self._wake_up(is_awake) if looked is None else []

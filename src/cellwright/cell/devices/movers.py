@@ -53,11 +53,11 @@ class Movers:
         links: number of links of mechanisms, the first rows.
         free: number of links and of parts, the next rows; passengers are the last.
         bodies: bodies of the rows.
-        carriers: what carries each row; -1 for nothing.
+        carriers: carrier of each row; -1 for nothing.
         local: centres and half extents of their boxes in their own frames [m], shape (2, rows, 3, 1).
         dofs: dofs that move them.
-        weights: how far each of these moves any point [m/rad, m/m].
-        levers: how far these move a point of each [m/rad, m/m], shape (rows, dofs).
+        weights: distance by which each of these moves any point [m/rad, m/m].
+        levers: distance by which these move a point of each [m/rad, m/m], shape (rows, dofs).
         base: speed of each [m/s] to add to that of its dofs.
         opposite: sides of the columns [m], shape (6, columns): groups, what is behind a belt's end, passengers.
         ends: belts' ends for the passengers that ride one, for the column between groups and passengers.

@@ -59,7 +59,7 @@ class MovingBodies:
 
         Args:
             data: the engine's data.
-            is_awake: which trees are awake.
+            is_awake: True for each tree that is awake.
             groups: the groups of what sleeps.
             passengers: body and carrier of each passenger.
             belt_speeds: speed of each belt [m/s], by its body.

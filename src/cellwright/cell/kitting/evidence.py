@@ -164,7 +164,7 @@ class Evidence:
 
     Attributes:
         orders: announced orders in that order, then the orders that were never announced.
-        part_travel_time: how long the gripper was enabled and held something [ns].
+        part_travel_time: time in which the gripper was enabled and held something [ns].
         process_time: from the start to the end of the game, or until now [ns].
         system_cost: cost of the sensors [$].
     """

@@ -119,8 +119,8 @@ class World:
     `set_initial_posture` after it.
 
     Attributes:
-        model: what is touched or measured.
-        visuals: what is only seen.
+        model: shapes that are touched or measured.
+        visuals: shapes that are only seen.
         parts: every part with a body of its own, in the order of the model: those in play first, then those that wait.
         clones: names and types of the belt's clones.
         bodies: bodies that the clones take in turn, in the order of the model, after the parts.

@@ -25,7 +25,7 @@ class TaskMonitor(Device):
 
     Attributes:
         task: the task.
-        view: what its conditions see of the cell.
+        view: view of the cell for its conditions.
         succeeded_at: time of the first success that was seen [ns]; None before.
 
     Example:

@@ -28,9 +28,9 @@ class EvalProgress:
     """Progress of an evaluation on a console.
 
     Args:
-        title: what is evaluated; empty for the agent of the jobs.
+        title: subject of the evaluation; empty for the agent of the jobs.
         label: returns the name of a run for people.
-        may_end_early: whether their results may make the last of the jobs needless.
+        may_end_early: True if their results may make the last of the jobs needless.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ def open_evaluation_page(folders: Sequence[Path], min_score: str, page: PageOpti
     Args:
         folders: its folders; several are shards of one plan.
         min_score: as on the command line; empty for none.
-        page: where the page is.
+        page: address of the page.
         console: for lines about the page.
 
     Raises:
@@ -50,7 +50,7 @@ def page_beside(
     Args:
         folder: its folder, with the plan.
         min_score: as on the command line; empty for none.
-        page: where the page is; None for no page.
+        page: address of the page; None for no page.
         console: for lines about the page.
         stays: keep the page after the end of the evaluation, until Ctrl-C, unless runs are left.
     """

@@ -69,7 +69,7 @@ class Mount:
     """Mount of an arm.
 
     Attributes:
-        kind: what carries the arm.
+        kind: kind of its carrier.
         pose: frame of the arm's root link in the world; of a rail its own frame, in which the arm moves. On a link it
             is that of the mount as a run begins, with what carries it at home.
         axis: direction of a rail, in its frame.
@@ -150,10 +150,10 @@ class Arm:
 
     Attributes:
         name: its name in the layout.
-        mount: what carries it.
+        mount: its carrier.
         model: its model as written: `ur10` for the arm of 2017, else the path of a robot's description.
         tip: link that carries the tool; the last one of the chain of 2017's arm.
-        tool: what it holds parts with.
+        tool: its gripper.
         home: posture in which a run begins [rad; m], by joint; other joints at 0.
         bandwidth: angular frequency of its drives [rad/s].
         namespace: namespace of its topics and services below `/ariac`; empty for those without one.

@@ -14,7 +14,7 @@ class Finding:
 
     Attributes:
         key: dotted path to its description in a file.
-        message: what is wrong, why, and what to do.
+        message: the fault, its reason, and the remedy.
     """
 
     key: str
@@ -25,7 +25,7 @@ class Finding:
 
         Args:
             places: places of the file's entries, by their dotted paths; without any, the finding has its key alone.
-            severity: what it is for the file.
+            severity: its weight for the file.
 
         Example:
             >>> print(Finding("cell.bins.bin1", "is too small").at({"cell": Place(0, "a.yaml", 3)}, "error"))

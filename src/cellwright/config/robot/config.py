@@ -101,7 +101,7 @@ class RobotConfig:
         arms: right, left; one or more.
         grippers: right, left; as many as the robot has.
         head: roll, pitch, yaw, without those that the robot lacks.
-        head_axes: which of roll, pitch, yaw (0, 1, 2) the joints of the head are.
+        head_axes: axes of the joints of the head: 0 roll, 1 pitch, 2 yaw.
         dorsal: the lift of the torso.
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.

@@ -19,7 +19,7 @@ class Held:
     Attributes:
         part: type of the part.
         lifted: height [m] of the part over the place where it lay or appeared at the start.
-        by: what holds it: the name of an arm, or a hand such as `qinglong/left`; None for any.
+        by: its holder: the name of an arm, or a hand such as `qinglong/left`; None for any.
     """
 
     part: str
@@ -134,9 +134,9 @@ class Task:
     """Task of a trial.
 
     Attributes:
-        sentence: what is to be done, in plain English.
+        sentence: the task in plain English.
         success: conditions that must hold together.
-        start: how it begins.
+        start: its start.
         hold_for: time for which the conditions must hold without a break [s].
         reward: kind of the reward.
         starts_competition: True if the competition starts without a client.

@@ -200,7 +200,7 @@ class Trial:
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
         overrides: values that replaced those of the files, as `KEY=VALUE`.
-        task: what is to be done in a run, and when it has succeeded; None without a section `task`.
+        task: task of a run, with its conditions of success; None without a section `task`.
 
     Raises:
         UsageError: the time limit is negative.

@@ -18,7 +18,7 @@ from cellwright.envs.served.session import EnvSession, error_reply
 from cellwright.util.errors import UsageError
 
 _PATIENCE: Final = 2.0
-"""How long a client waits for the end of the one before [s]: that one may just have closed its connection."""
+"""Bound of a client's wait for the end of the one before [s]: that one may just have closed its connection."""
 _OPEN_TIMEOUT: Final = 5.0
 """Bound of the handshake [s]: a peer that says nothing delays the end of the process by it."""
 _CLOSE_TIMEOUT: Final = 1.0  # [s]

@@ -61,7 +61,7 @@ class Messages:
 
     Attributes:
         channels: channel numbers.
-        times: when they were published [ns].
+        times: times of their publication [ns].
         contents: their bytes.
         ends: (n,) total size of all messages ever queued, up to the end of each [bytes].
         begin: that size up to the first message [bytes].

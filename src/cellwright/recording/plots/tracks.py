@@ -140,7 +140,7 @@ class PlotData:
         marks: orders, kits and the like.
         collisions: of arms and robots, each with its link and obstacle as label.
         states: periods of each state, by name of the state machine.
-        warning: what is wrong with the recording; empty for a complete one.
+        warning: fault of the recording; empty for a complete one.
     """
 
     title: str

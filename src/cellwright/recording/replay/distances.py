@@ -74,7 +74,7 @@ class BodyDistances:
 
     Args:
         scene: the scene.
-        seen_too: whether bodies without shapes that touch count, with the shapes that are seen; else they are left out.
+        seen_too: True if bodies without shapes that touch count, with the shapes that are seen; else they are left out.
 
     Attributes:
         names: names of all bodies that count, static ones included.

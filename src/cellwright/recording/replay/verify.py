@@ -105,8 +105,8 @@ class VerificationResult:
         recorded_points: points in the recording.
         policy: first request to a policy that is not as its rules make it, in words; empty if there is none.
         requests: number of requests to a policy.
-        success: whether the commands make the task succeed; None if the recording has none to compare with.
-        recorded_success: whether it succeeded in the recording.
+        success: True if the commands make the task succeed; None if the recording has none to compare with.
+        recorded_success: True if it succeeded in the recording.
         wall: wall time [s].
         fault: error that ended the run early; empty if there was none.
     """

@@ -96,7 +96,7 @@ class AgentProcess(GuardedProcess):
         """Return how the agent left its cell, after the process has ended.
 
         Args:
-            has_connected: whether the agent had connected to its cell: then it was made, whatever its process reports.
+            has_connected: True if the agent had connected to its cell: then it was made, whatever its process reports.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.

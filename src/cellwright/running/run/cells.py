@@ -47,7 +47,7 @@ class CellTarget(Target):
         make: returns the cell when the session opens: a new one, or an existing one.
         files: returns the files of its trial, as they were named.
         about: further facts about the run for a panel, such as the agent's name.
-        is_varied: whether the seed varied the trial after it was read.
+        is_varied: True if the seed varied the trial after it was read.
         sources: the files that the trial was read from, if that was before the session opens.
     """
 

@@ -105,7 +105,7 @@ class CellOfTrial:
     Attributes:
         trial: the trial, its name, or the path of its file; several are joined.
         seed: seed of all random streams; None takes the trial's own.
-        is_varied: whether the seed varies the trial.
+        is_varied: True if the seed varies the trial.
         overrides: values that replace those of the files, as `KEY=VALUE`.
         servo: servo profile of the arm; None takes the file's.
     """

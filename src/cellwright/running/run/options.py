@@ -87,7 +87,7 @@ class RunOptions:
     Attributes:
         speed: simulated seconds a wall second; None: as fast as it goes.
         until: stop at this simulation time [s]; None: when the run is over.
-        ends_when_done: whether the run ends soon after the competition does; else it goes on.
+        ends_when_done: True if the run ends soon after the competition does; else it goes on.
         listen: further topics to listen to; "all" stands for every topic.
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
@@ -141,7 +141,7 @@ class ServerOptions:
         ros2: also be a node of ROS 2; the options hold its range, and arguments for rclpy.
         on_ready: called with the session when clients can connect and time is about to pass.
         restart_refusal: reason why clients may not start the run again; empty if they may.
-        worlds: how another trial can be loaded; None if that is not possible.
+        worlds: loader of other trials; None if that is not possible.
     """
 
     host: str = LOOPBACK

@@ -39,8 +39,8 @@ def open_page_of(
     """Open a page, and print its address.
 
     Args:
-        source: what it shows, for its program.
-        options: where it is.
+        source: its subject, for its program.
+        options: its address.
         title: its title.
         on_message: receives lines about it.
         another: words of `cellwright view` that open another such page; empty if there are none.

@@ -26,7 +26,7 @@ class PlaybackTarget(Target):
     Args:
         recording: the recording, or its file, which is closed with the session.
         first, last: simulation times [ns] from which and up to which it is played; None: all of it.
-        at_end: whether playback then stops, pauses or repeats.
+        at_end: end of playback: it stops, pauses or repeats.
     """
 
     acts, stopped = "view the recording", "the recording has ended"

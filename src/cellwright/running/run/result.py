@@ -53,17 +53,17 @@ class SessionResult:
         ('until', 0.1)
 
     Attributes:
-        outcome: how it ended: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
+        outcome: its end: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
         error: the error in words; empty if there was none.
         simulated: simulation time that passed.
         wall: wall time that passed.
         steps: number of steps.
         state_hash: state hash at the end.
-        pace: how simulation time kept up with the wall clock; None if it did not have to.
+        pace: pace of simulation time against the wall clock; None if it did not have to.
         recordings: the recordings written.
         videos: the videos written: `file`, `length` [s], `frames` and `dropped` of each.
-        is_recorded: whether the recordings hold everything that they should.
-        is_complete: whether every requested file is whole.
+        is_recorded: True if the recordings hold everything that they should.
+        is_complete: True if every requested file is whole.
     """
 
     outcome: str

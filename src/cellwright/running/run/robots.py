@@ -41,7 +41,7 @@ class RobotTarget(Target):
     Args:
         make: returns the node when the session opens: a new one, or an existing one.
         node: its name in ROS.
-        sim_time: whether messages carry simulation time.
+        sim_time: True if messages carry simulation time.
 
     Raises:
         UsageError: the name is not valid for a node.

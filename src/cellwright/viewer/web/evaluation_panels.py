@@ -75,10 +75,10 @@ class RunDetail:
         name: name of the run.
         outcome: its outcome in a word or two.
         is_done: True if the competition came to its end.
-        points: what it earned, in words.
-        reason: why it was not done; empty if it was.
+        points: its points, in words.
+        reason: reason that it was not done; empty if it was.
         facts: simulated and wall time, in words.
-        kits: what it earned, by kit and part.
+        kits: its points, by kit and part.
         events: its last events, a line each.
         log: its last lines.
         command: command that repeats it; empty if it is not known.
@@ -107,18 +107,18 @@ class EvaluationPanel:
         failed: number of runs that crashed, became unstable, were killed or exceeded a limit.
         passed: number of runs that passed.
         judged: number of runs with points to earn, which alone can pass.
-        requirement: what a run needs to pass, in a few words; empty if it must be done.
+        requirement: bound that a run needs to pass, in a few words; empty if it must be done.
         passed_interval: 95 % interval of their share, 0 to 1.
         share: mean share of the attainable points, 0 to 1; None without a result.
         share_interval: its 95 % interval.
         pace: rate and expected end, in words.
-        picture: what the large area shows, in words.
+        picture: text of the large area.
         trials: a row for each trial.
         failures: keys and unique labels of runs that lost points, the worst first.
         more_failures: number of further ones.
         selected: key of the selected run; empty to follow the newest failure.
         detail: the run that is shown; None if none has lost points.
-        notices: what is wrong with the files, a line each.
+        notices: faults of the files, a line each.
     """
 
     agent: str

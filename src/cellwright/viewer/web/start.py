@@ -29,7 +29,7 @@ class WebPage(ChildProcess):
     """Page in its own process, which ends with this one.
 
     Args:
-        source: what it shows, as JSON values for its program, such as of `page_source`.
+        source: its subject, as JSON values for its program, such as of `page_source`.
         program: module of its program.
         host: the address at which the page listens for browsers.
         port: the port; the next ones if it is in use. 0 takes any free port.

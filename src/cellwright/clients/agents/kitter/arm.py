@@ -64,7 +64,7 @@ class Errand(NamedTuple):
 
     Attributes:
         poses: poses of the tool.
-        load: what it takes there.
+        load: the load that it takes there.
         until: time [s] up to which it waits for other arms to leave the way.
     """
 

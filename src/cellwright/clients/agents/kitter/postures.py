@@ -20,7 +20,7 @@ class Heights(NamedTuple):
     Attributes:
         travel: between stations, with one of the parts of 2017 on the cup.
         hover: lowest height from which it goes down to a part at rest.
-        waiting: where it waits for a belt, and drops what it throws away.
+        waiting: posture in which it waits for a belt, and drops discarded parts.
     """
 
     travel: float
@@ -35,7 +35,7 @@ class ArmFigures:
     Attributes:
         joints: names of the joints in messages.
         gripper: name of the link of the cup.
-        is_soft: whether the servo of each joint gives way to weight, so that commands are corrected for it.
+        is_soft: True if the servo of each joint gives way to weight, so that commands are corrected for it.
         speed: maximum speed of each joint on a path of the tool [rad/s; m/s].
         steps: largest motion of each joint between two places of a path that are looked at [rad; m].
         home: a usual posture, in which no link hits another.

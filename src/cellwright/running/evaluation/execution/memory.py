@@ -30,7 +30,7 @@ class Usage:
     Attributes:
         memory: resident memory [bytes].
         processor: processor time so far [s], with that of children that have ended.
-        is_held_up: whether one of them has work now: it computes, or waits for a processor or a disk.
+        is_held_up: True if one of them has work now: it computes, or waits for a processor or a disk.
         members: ids of the descendants.
     """
 

@@ -173,7 +173,7 @@ class WorkerProcess(GuardedProcess):
         """Return what the machine, or a policy's server, did to the run, in one line; empty if nothing is known.
 
         Args:
-            ending: what `stop` returned.
+            ending: the value of `stop`.
         """
         if self.result is not None:
             error = self.result.error.strip().rpartition("\n")[2]

@@ -34,8 +34,8 @@ class Row:
         passed: those that passed.
         share: mean share of the attainable points, 0 to 1; None if nothing could be earned.
         points: mean points of each trial, by its name.
-        outcomes: how often runs ended in each way.
-        reason: why the worst run did not pass; empty if all passed.
+        outcomes: counts of the runs that ended in each way.
+        reason: reason of the worst run not to pass; empty if all passed.
         equal: number of runs with points that ended in the same state, by the name of the other program.
         wall: wall time of all runs [s].
     """

@@ -38,7 +38,7 @@ class RunOrder:
     Attributes:
         name: name for people.
         group: digest of the parameters, which runs of one evaluation share.
-        parameters: what was evaluated.
+        parameters: parameters of the evaluation.
         run: id of the run to continue; empty for a new one.
     """
 

@@ -130,7 +130,7 @@ class Tracking:
     Args:
         names: names of trackers, such as `mlflow`.
         folder: folder of the results.
-        parameters: what is evaluated, as of `parameters_of`.
+        parameters: parameters of the evaluation, as of `parameters_of`.
         threshold: score below which a run counts as failed.
 
     Raises:
@@ -243,7 +243,7 @@ class Tracking:
             metrics: as of `final_metrics`.
             step: number of runs that are done.
             files: those that exist are logged.
-            status: how the evaluation ended.
+            status: end of the evaluation.
         """
         paths = [str(file.resolve()) for file in files if file.is_file()]
         message = {"metrics": {**metrics, **self._progress()}, "step": step, "files": paths, "status": status}

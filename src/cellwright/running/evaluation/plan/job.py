@@ -62,7 +62,7 @@ class EvaluatedTrial:
         models: digest of its own models, from `models_digest`.
         given: its files as a user names them on the command line.
         overrides: values that replace those of its files.
-        has_task: whether it has a task.
+        has_task: True if it has a task.
     """
 
     name: str
@@ -82,10 +82,10 @@ class Job:
 
     Attributes:
         agent: the agent's name, as for `find_agent`.
-        vary: whether the seed varies the cell within its bounds.
+        vary: True if the seed varies the cell within its bounds.
         key: digest of all that the result depends on, and of what protects it.
         over: `socket` for a program in a process of its own; empty for one in the referee's.
-        verify: whether its commands are played once more, in a process without the program.
+        verify: True if its commands are played once more, in a process without the program.
         latency: latency of its policy, where an evaluation compares several; empty otherwise.
         recording: file whose commands the agent `replay:…` sends in this run; empty for any other agent.
     """

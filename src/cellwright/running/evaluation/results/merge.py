@@ -36,7 +36,7 @@ class Merged:
         results: those that are there, in the order of the plan.
         missing: names of the runs without a result.
         differing: names of the runs that have results with different contents, besides wall times.
-        notices: what is wrong with the files of results, a line each.
+        notices: faults of the files of results, a line each.
     """
 
     results: Sequence[Result]

@@ -99,7 +99,7 @@ class Result:
         best: points of its orders if all of them could be reached.
         wall: wall time that it took [s].
         simulated: simulation time that passed [s].
-        reason: why it was not done, in one line; empty if it was.
+        reason: reason that it was not done, in one line; empty if it was.
         state_hash: SHA-256 of the whole last state.
         log: the last lines of its log, if it was not done.
         command: the command that repeats the run alone.
@@ -107,7 +107,7 @@ class Result:
         over: `socket` if the program ran in a process of its own; empty if it ran in the referee's.
         verified: True if its commands gave the same result in a process without the program.
         steps: number of steps of the simulation.
-        success: whether the task has succeeded; None in a trial without one, or if its process could not report it.
+        success: True if the task has succeeded; None in a trial without one, or if its process could not report it.
     """
 
     key: str

@@ -29,7 +29,7 @@ class ResultsFile:
         folder: created if it does not exist.
 
     Attributes:
-        notices: what is wrong with the file, a line each.
+        notices: faults of the file, a line each.
 
     Raises:
         UsageError: another evaluation uses the folder, or no line of the file is a result.
@@ -168,7 +168,7 @@ class _Parsed:
     Attributes:
         results: the results by key.
         size: number of bytes up to the end of the last whole line.
-        notices: what is wrong with lines; nothing of those whose run has a later, valid one.
+        notices: faults of lines; nothing of those whose run has a later, valid one.
     """
 
     results: dict[str, Result]
