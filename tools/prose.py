@@ -36,7 +36,7 @@ SKIPPED = (
 """Text of others, and the files that name the given-up words."""
 
 _QUESTIONS = "what|who|whose|how|where|when|why|whether|which"
-OPENINGS = re.compile(rf"(?im:\A\s*|^ +\w+: )(?:{_QUESTIONS})\b")
+OPENINGS = re.compile(rf"(?:\A\s*|^ +\w+: )(?:{_QUESTIONS})\b", re.IGNORECASE | re.MULTILINE)
 """First words of a docstring, or of an entry of its lists such as Args, that are a question."""
 _CODE = re.compile(r"`[^`]*`")
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
@@ -195,9 +195,9 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
                 instead = f"{word!r} is given up; write {words[word.lower()]}"
                 report.findings.append(Finding(path, text.line + offset, "word", instead))
         for found in OPENINGS.finditer(text.text) if text.kind in ("docstring", "attribute") else ():
-            line = text.line + text.text.count("\n", 0, found.end())
+            number = text.line + text.text.count("\n", 0, found.end())
             opening = "an opening with a question word; begin with a noun or a verb"
-            report.findings.append(Finding(path, line, "opening", opening))
+            report.findings.append(Finding(path, number, "opening", opening))
         if text.kind in ("docstring", "attribute", "page", "script"):
             for sentence in sentences(text.text):
                 count = sum(any(map(str.isalnum, word)) for word in sentence.split())

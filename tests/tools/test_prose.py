@@ -63,9 +63,13 @@ def test_given_up_word_in_code_of_others_is_ignored(line: str, tmp_path: Path) -
     assert not found(tmp_path, line + "\n")
 
 
-def test_first_line_with_question_word_is_found(tmp_path: Path) -> None:
+def test_opening_with_question_word_is_found(tmp_path: Path) -> None:
     text = '"""What it is."""\n\n\ndef f():\n    """Whether it rains."""\n\n\ndef g():\n    """Whatever."""\n'
     assert [each.split(":")[0] for each in found(tmp_path, text)] == ["1", "5"]
+    entry = (
+        '"""Part.\n\nArgs:\n    size: how large.\n    more: all of what is left.\n"""\nSIZE = 1\n"""Which size."""\n'
+    )
+    assert [each.split(":")[0] for each in found(tmp_path, entry)] == ["4", "8"]
 
 
 def test_long_sentence_in_docstring_or_page_is_found(tmp_path: Path) -> None:

@@ -21,6 +21,12 @@ class Echo(ServerPolicy):
 
     wire, dialects = "echo", ("plain",)
 
+    def reset(self, seed: int, sentence: str) -> None:
+        """Begin an episode: nothing is kept of it."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
     def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
         if "prompt" not in observation:
             raise MessageError("no prompt")

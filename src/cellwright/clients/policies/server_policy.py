@@ -70,6 +70,14 @@ class ServerPolicy(ABC):
         return Answer(actions, raw, hashlib.sha256(packed).hexdigest(), wall, server_time(timed), extras)
 
     @abstractmethod
+    def reset(self, seed: int, sentence: str) -> None:
+        """Begin an episode; see `Policy.reset`."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release everything; a second call does nothing."""
+
+    @abstractmethod
     def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
         """Return the bytes of an observation, and those of the request that has it."""
 
