@@ -1,8 +1,9 @@
-"""The client of a served environment, which is installed nowhere."""
+"""The client of a served environment and the adapters, which are installed nowhere."""
 
 import sys
 from pathlib import Path
 
-CLIENT = Path(__file__).parents[2] / "adapters" / "cellwright_env"
+ADAPTERS = Path(__file__).parents[2] / "adapters"
+CLIENT = ADAPTERS / "cellwright_env"
 
-sys.path.append(str(CLIENT))
+sys.path += map(str, sorted(ADAPTERS.iterdir()))

@@ -40,6 +40,7 @@ PAGES = [
     "docs/configuration.md",
     "docs/environments.md",
     "docs/evaluate.md",
+    "docs/judges.md",
     "docs/class.md",
     "docs/kitter.md",
     "docs/serve.md",
@@ -65,8 +66,9 @@ def test_tutorial_followed_prints_what_it_shows(
     taken = [step for page in (name, *CONTINUED.get(name, ())) for step in steps(ROOT / page)]
     if name == "docs/plugins.md":
         install(tmp_path)
-    elif name == "docs/environments.md":
-        shutil.copy(ROOT / "adapters" / "cellwright_env" / "cellwright_env.py", tmp_path)
+    elif name in ("docs/environments.md", "docs/judges.md"):
+        for module in ("cellwright_env/cellwright_env.py", "lerobot_env_cellwright/cellwright_vector.py"):
+            shutil.copy(ROOT / "adapters" / module, tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command | Program) for step in taken)
