@@ -38,7 +38,7 @@ SECONDS, REPEATS, GROWTH_REPEATS = 2.0, 3, 5
 PERIOD = Fraction(1, 100)
 """Period of commands and joint states [s]."""
 RATES = (240, 1000)
-MIN_RATIO, MIN_SPEED = 15.0, 60.0
+MIN_RATIO, MIN_SPEED = 25.0, 60.0
 """Required speed of the moving node at 240 Hz, compared with PyBullet and with real time."""
 JOINTS, LIMB = (10, 20, 30, 45, 60), 5
 """Numbers of joints of the robots of growing size, and joints of a limb."""

@@ -9,7 +9,7 @@ from itertools import product
 from typing import NamedTuple, TypeAlias, Union
 
 from cellwright.config.arm import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.motion.turns import ROUNDING, turn_range, turned, turns_to
+from cellwright.motion.turns import FULL_TURN, ROUNDING, turn_range, turned, turns_to
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
@@ -107,8 +107,10 @@ def turned_near(angles: Sequence[float], near: Sequence[float]) -> Iterator[floa
 def _nearest_turn(angle: float, near: float) -> float:
     """Return the one of `_turns` that is nearest to `near`; the lower one of two that are equally near."""
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
-        # fast path for nearly all calls
+        # fast path for most calls
         return angle
+    if -TURN_LIMIT <= (nearest := angle + turns_to(angle, near) * FULL_TURN) <= TURN_LIMIT:
+        return nearest
     low, high = turn_range(angle, -TURN_LIMIT, TURN_LIMIT)
     return turned(angle, max(low, min(high, turns_to(angle, near))), -TURN_LIMIT, TURN_LIMIT)
 

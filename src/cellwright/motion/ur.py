@@ -206,7 +206,11 @@ def _rows(q: Quaternion) -> Rows:
 
 def _is_among(angles: Angles, others: list[Angles]) -> bool:
     """Return whether a posture is one of others, but for rounding."""
+    lift = angles[1]
     for other in others:
+        # mostly this one angle tells them apart
+        if SAME <= abs(lift - other[1]) <= math.pi:
+            continue
         for mine, its in zip(angles, other, strict=True):
             apart = abs(mine - its)
             # up to half a turn it is its own principal angle

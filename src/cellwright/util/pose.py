@@ -73,7 +73,7 @@ class Pose:
 
     def is_finite(self) -> bool:
         """Return True if all seven numbers are finite."""
-        return all(math.isfinite(v) for v in (*self.position, *self.quaternion))
+        return all(map(math.isfinite, (*self.position, *self.quaternion)))
 
 
 def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:

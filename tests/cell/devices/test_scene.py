@@ -112,6 +112,17 @@ def test_boxes_and_poses_are_those_of_saved_state() -> None:
     assert scene.poses(np.array([0]), second) == [Pose((0.0, 0.0, 1.0))]
 
 
+def test_saved_state_is_shared_until_something_moves() -> None:
+    spec = empty_spec()
+    add_part(spec, "part1_0", Pose(), (0.1, 0.02, 0.02))
+    simulation = make_simulation(spec)
+    scene = scene_of(simulation, ("part1_0", "part1"))
+    first = scene.save()
+    assert scene.save() is first
+    move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))
+    assert scene.save() is not first
+
+
 def test_empty_scene_has_no_boxes() -> None:
     simulation = make_simulation(empty_spec())
     centres, halves = scene_of(simulation).boxes()

@@ -121,7 +121,7 @@ class StoredState:
 
     def equals(self, other: StoredState | None) -> bool:
         """Return whether another state is the same."""
-        return other is not None and self.qpos == other.qpos and self.parts is other.parts
+        return self is other or (other is not None and self.qpos == other.qpos and self.parts is other.parts)
 
 
 class ModelSnapshot:
@@ -150,6 +150,7 @@ class ModelSnapshot:
         self._simulation = simulation
         self._parts = parts
         self._loaded: StoredState | None = None
+        self._saved: StoredState | None = None
         self._stored = mujoco.MjData(model)
         self._stored_model = model
         self._geoms_of = {each.body: each.geoms for each in self.models}
@@ -181,8 +182,12 @@ class ModelSnapshot:
 
     def save(self) -> StoredState:
         """Return the present state, which `poses`, `boxes` and `seen` accept then or later."""
-        simulation = self._simulation
-        return StoredState(simulation.model, bytes(simulation.data.qpos), self._parts())
+        simulation, saved = self._simulation, self._saved
+        qpos, parts = simulation.data.qpos.tobytes(), self._parts()
+        # cameras that measure in one tick share a state
+        if saved is None or saved.qpos != qpos or saved.parts is not parts or saved.model is not simulation.model:
+            self._saved = saved = StoredState(simulation.model, qpos, parts)
+        return saved
 
     def poses(self, indices: NDArray[np.intp], state: StoredState | None = None) -> list[Pose]:
         """Return `world_T_model` of some models in a stored state; None is now."""
@@ -223,8 +228,11 @@ class ModelSnapshot:
         return self._seen[view]
 
     def _load(self, state: StoredState | None) -> None:
+        loaded = self._loaded
+        if state is not None and state.equals(loaded):
+            return
         present = self.save()
-        state, loaded = state or present, self._loaded
+        state = state or present
         if state.equals(loaded):
             return
         if state.equals(present):

@@ -237,6 +237,24 @@ def test_rail_stays_at_usual_place_if_nothing_is_in_the_way(client: Client) -> N
     assert posture[0] == 0.4
 
 
+def test_clear_posture_is_found_again_only_after_a_command(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = KitterArm(client, client, ARM, clearance_of(client))
+    find, found = arm._find_clear, 0
+
+    def count(above: Pose, goal: Pose, rail: float) -> Any:
+        nonlocal found
+        found += 1
+        return find(above, goal, rail)
+
+    monkeypatch.setattr(arm, "_find_clear", count)
+    asked = tool_down(-0.3, 0.23, 0.95), tool_down(-0.3, 0.23, 0.745), 0.4
+    assert arm.clear_posture(*asked) == arm.clear_posture(*asked)
+    assert found == 1
+    arm.roll(0.1)
+    arm.clear_posture(*asked)
+    assert found == 2
+
+
 def test_place_that_no_rail_reaches_has_none(client: Client) -> None:
     arm = KitterArm(client, client, ARM, clearance_of(client))
     in_wall = tool_down(-0.3, 0.55, 0.95), tool_down(-0.3, 0.55, 0.745)

@@ -112,6 +112,8 @@ class KitterArm:
         if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
             raise UsageError("no joint positions: nothing is published on /ariac/joint_states; give the cell an arm")
         self._commanded = self.joints
+        self._clear: dict[tuple[Pose, Pose, float, Load | None], Vector | None] = {}
+        """Postures that were found clear since the last command: a place is asked for when it is chosen and used."""
         self.load: Load | None = None
         """The part on the cup."""
 
@@ -176,6 +178,12 @@ class KitterArm:
 
         None if one of them is out of reach, or something is in the way. The arm is in a usual posture.
         """
+        asked = above, goal, rail, self.load
+        if asked not in self._clear:
+            self._clear[asked] = self._find_clear(above, goal, rail)
+        return self._clear[asked]
+
+    def _find_clear(self, above: Pose, goal: Pose, rail: float) -> Vector | None:
         for place in self.postures.rails(goal, rail):
             for start in self.postures.usual(above, place, self._commanded):
                 path = [start, *self._joints_along((pose for _, pose in straight_path(above, goal, 1.0)), start)]
@@ -377,3 +385,4 @@ class KitterArm:
         times, points, velocities = motion
         self._device.send_arm(points, times, velocities=velocities, joints=self._figures.joints)
         self._commanded = tuple(points[-1])
+        self._clear.clear()

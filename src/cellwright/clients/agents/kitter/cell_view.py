@@ -188,7 +188,7 @@ class CellView:
         """Return the parts that lay on a surface, given by its height over each point; None where it is not."""
         found: list[perception.Sighting] = []
         for camera in self._cameras:
-            for part in perception.resting_parts(tuple(camera.newest)):
+            for part in camera.resting:
                 if part.type not in self._catalogue:  # its order came after the image
                     continue
                 x, y, z = part.world_T_part.position

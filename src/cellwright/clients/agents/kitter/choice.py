@@ -1,6 +1,7 @@
 """Choices of the kitter: the station of a kit, its next part, a part of the belt to keep, and why parts are missing."""
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 
 from cellwright.clients.agents.kitter.cell_view import CellView
@@ -42,7 +43,7 @@ class Choice:
         if not allowed or not self._worker.share.take_kit(kit.kit_type, kit.allowed):
             return False
         self._view.look(*self._view.workplace.bin_areas, *(each.area for each in allowed))
-        kit.station = min(allowed, key=partial(self._station_cost, kit))
+        kit.station = min(allowed, key=partial(self._station_cost, kit, self._view.parts_in_bins()))
         kit.is_begun = True
         # each station is taken or free, so none comes back
         if len(self._free_stations()) + len(self._taken_stations()) == len(self._view.workplace.stations):
@@ -61,8 +62,8 @@ class Choice:
         taken, stations = self._taken_stations(), self._view.workplace.stations
         return [each for number, each in stations.items() if number not in taken and self._view.is_ready(number)]
 
-    def _station_cost(self, kit: KitTask, station: TrayPlace) -> tuple[int, bool, float]:
-        """Return a key that is smaller for a station that suits a kit better.
+    def _station_cost(self, kit: KitTask, lying: Sequence[Sighting], station: TrayPlace) -> tuple[int, bool, float]:
+        """Return a key that is smaller for a station that suits a kit better, with parts that lie in the bins.
 
         First, parts of it may have been kept on the tray there. Second, the belt may bring a part but once. If it falls
         beside AGV 1, it is lost: the trials that were published before the competition of 2017 have such regions over
@@ -70,7 +71,6 @@ class Choice:
         """
         types = dict.fromkeys(task.type for task in kit.tasks)  # in their order: what follows asks and adds up
         kept = sum(part.type in types for part in self._view.parts_on_tray(station))
-        lying = self._view.parts_in_bins()
         is_risky = station.number == 1 and any(self._supply.is_on_belt_alone(each) for each in types)
         way = [
             min(
@@ -97,24 +97,27 @@ class Choice:
                 return task, meeting
         self._view.look(*self._view.workplace.bin_areas, kit.station.area)
         lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
-        for lying in (lost, self._view.parts_in_bins()):
+        in_bins = self._view.parts_in_bins()
+        for lying in (lost, in_bins):
             found = [
                 (task, part)
                 for task in kit.open_tasks
                 if (part := supply.best(task.type, lying, is_turned=task.is_turned)) is not None
             ]
             if found:
-                return min(found, key=lambda each: self._part_cost(kit, *each))
+                return min(found, key=lambda each: self._part_cost(kit, in_bins, *each))
         return None
 
-    def _part_cost(self, kit: KitTask, task: Task, part: Sighting) -> tuple[bool, bool, int, float]:
-        """Return a key that is smaller for a part to fetch earlier.
+    def _part_cost(
+        self, kit: KitTask, in_bins: Sequence[Sighting], task: Task, part: Sighting
+    ) -> tuple[bool, bool, int, float]:
+        """Return a key that is smaller for a part to fetch earlier, with the parts that lie in the bins.
 
         Those to be turned over come first, then those without another to spare: if one of these is dropped on the tray,
         it lies flat while the tray is empty. Then few failed attempts count, and the way.
         """
         wanted = sum(each.type == part.type for one in self._orders.open_kits() for each in one.open_tasks)
-        lying = sum(each.type == part.type for each in self._view.parts_in_bins())
+        lying = sum(each.type == part.type for each in in_bins)
         way = abs(self._worker.workplace.rail_beside(*part.world_T_part.position[:2]) - kit.station.rail)
         failures = self._supply.failures(part.world_T_part)
         return part.is_turned is task.is_turned, lying > wanted, failures, round(way, 1)

@@ -127,9 +127,8 @@ class Clearance:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         # The shapes have a margin: the engine reports those within it before they touch, with their distance.
-        for contact in data.contact[: data.ncon] if data.ncon else ():
-            if contact.dist >= max(least, self._apart):
-                continue
+        for row in np.flatnonzero(data.contact.dist < max(least, self._apart)).tolist() if data.ncon else ():
+            contact = data.contact[row]
             names = self._names_of(contact)
             if names[1] in self._others:
                 return Obstacle(float(contact.dist), *names)

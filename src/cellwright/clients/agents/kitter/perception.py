@@ -90,18 +90,25 @@ def resting_parts(images: Sequence[Image]) -> list[Sighting]:
     """Return the parts that every image has at one place, averaged; in the order of the newest image."""
     found = []
     for part in images[-1].parts if images else ():
-        poses = [_nearest_pose(part, image.parts) for image in images]
-        together = [pose for pose in poses if pose is not None]
-        if len(together) == len(images):
+        together = []
+        for image in images:
+            pose = _nearest_pose(part, image.parts)
+            if pose is None:
+                break
+            together.append(pose)
+        else:
             found.append(Sighting(part.type, mean_pose(together), part.is_turned))
     return found
 
 
 def _nearest_pose(part: Sighting, others: Iterable[Sighting]) -> Pose | None:
-    """Return the pose of a part in another image."""
-    poses = [other.world_T_part for other in others if other.type == part.type]
-    best = min(poses, key=lambda pose: distance(part.world_T_part, pose), default=None)
-    return best if best is not None and distance(part.world_T_part, best) <= RESTING_SPREAD else None
+    """Return the pose of a part in another image; of several as near, that of the first."""
+    kind, position = part.type, part.world_T_part.position
+    best, least = None, math.inf
+    for other in others:
+        if other.type == kind and (apart := math.dist(position, other.world_T_part.position)) < least:
+            best, least = other.world_T_part, apart
+    return best if least <= RESTING_SPREAD else None
 
 
 def distance(one: Pose, other: Pose) -> float:
@@ -138,6 +145,16 @@ class Images:
         self._arm_T_world = arm_T_world
         self._since = 0.0
         self._unsubscribe: Callable[[], None] | None = None
+        self._resting: tuple[tuple[Image, ...], list[Sighting]] = (), []
+
+    @property
+    def resting(self) -> list[Sighting]:
+        """The parts at rest in the newest images, see `resting_parts`."""
+        # asked for several times between two images
+        images = tuple(self.newest)
+        if images != self._resting[0]:
+            self._resting = images, resting_parts(images)
+        return self._resting[1]
 
     def listen(self) -> None:
         """Take images from now on; drop earlier ones."""

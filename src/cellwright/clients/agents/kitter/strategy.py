@@ -191,7 +191,7 @@ class Strategy:
             self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
             self._hand.await_belt(watched.belt)
             until = self._client.time + 15.0
-            wanted = [task.type for kit in kits for task in kit.open_tasks]
+            wanted = dict.fromkeys(task.type for kit in kits for task in kit.open_tasks)
             while self._client.time < until and not any(map(self._worker.supply.on_belt, wanted)):
                 self._client.sleep(0.1)
                 self._worker.arm.make_way()
