@@ -32,8 +32,10 @@ if __name__ == "__main__":
 
 from rclpy.serialization import deserialize_message
 
+from cellwright.middleware.ros2.bridge.acquaintance import SERVICE, SERVICE_TYPE, UNPROVEN, Acquaintance
 from cellwright.middleware.ros2.bridge.interfaces import fill, interface_class, is_values
-from cellwright.middleware.ros2.bridge.node import RosNode, quality, relative, run_process, split_arguments
+from cellwright.middleware.ros2.bridge.node import RosNode, relative, run_process, split_arguments
+from cellwright.middleware.ros2.bridge.relay_topics import SETTLING, Ros2Publication, Ros2Subscription
 from cellwright.middleware.ros2.bridge.services import NANOSECONDS, STEP_TYPE
 from cellwright.middleware.ros2.bridge.topics import as_bytes
 from cellwright.middleware.wire.event_loop import EventLoop, MissingError
@@ -41,13 +43,8 @@ from cellwright.middleware.wire.frames import PROTOCOL
 from cellwright.middleware.wire.graph import Graph, PublishedTopic, ServiceGoneError, SubscribedTopic
 from cellwright.middleware.wire.relay import CLOCK, STEP, serve_one
 
-DEPTH = 1000
-"""Messages that may wait on a topic, either way."""
-
 _NAP = 0.02
-_SETTLING = 5.0  # time for a subscription to be known to the publisher [s]
 _QUIET = 0.2  # time without news after which all of a node is known [s]
-_ACQUAINTANCE = 0.3  # time for a best-effort subscriber to know a publisher, whose messages it misses before [s]
 _OF_EVERY_NODE = (
     "describe_parameters",
     "get_parameter_types",
@@ -150,12 +147,35 @@ class Ros2Graph(Graph):
         theirs = {info.node_name for info in self._ros.node.get_publishers_info_by_topic(relative(self._sign))}
         for topic in topics:
             name, type_name = topic["name"], topic["type"]
-            if theirs & set(topic["subscribers"]) and self._has_best_effort_subscribers(name):
-                self._prepared[name] = Ros2Publication(self._ros, name, type_name, 0, delay=_ACQUAINTANCE)
+            if theirs & set(topic["subscribers"]) and self._best_effort_subscribers([name]):
+                self._prepared[name] = Ros2Publication(self._ros, name, type_name, 0)
+        self._acquaint(*self._prepared.values())
 
-    def _has_best_effort_subscribers(self, name: str) -> bool:
-        infos = self._ros.node.get_subscriptions_info_by_topic(relative(name))
-        return any(info.qos_profile.reliability.name == "BEST_EFFORT" for info in infos)
+    def _acquaint(self, *publications: Ros2Publication) -> None:
+        """Let publications wait until their best-effort subscribers know them; all of them are made already."""
+        nodes = self._best_effort_subscribers([each.name for each in publications])
+        if not nodes:
+            return
+        node, kind = self._ros.node, interface_class(SERVICE_TYPE, "srv")
+        offered = {name for name, _ in node.get_service_names_and_types()}
+        clients = [
+            node.create_client(kind, name, callback_group=self._ros.group)
+            for each in sorted(nodes)
+            if (name := f"{each}/{SERVICE}") in offered
+        ]
+        delay = UNPROVEN if len(clients) < len(nodes) else 0.0
+        acquaintance = Acquaintance(clients, kind.Request(), node.destroy_client)
+        for publication in publications:
+            publication.await_subscribers(acquaintance, delay)
+
+    def _best_effort_subscribers(self, names: Sequence[str]) -> set[str]:
+        """Return the full names of the nodes that subscribe to topics with best effort."""
+        infos = [info for name in names for info in self._ros.node.get_subscriptions_info_by_topic(relative(name))]
+        return {
+            f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            for info in infos
+            if info.qos_profile.reliability.name == "BEST_EFFORT"
+        }
 
     def now(self, end: float, *, in_lockstep: bool) -> int:
         """Return simulation time [ns]; 0 if nothing publishes it.
@@ -196,8 +216,9 @@ class Ros2Graph(Graph):
         prepared = self._prepared.get(name)
         if prepared is not None and prepared.type == type_name:
             return prepared
-        delay = _ACQUAINTANCE if self._has_best_effort_subscribers(name) else 0.0
-        return Ros2Publication(self._ros, name, type_name, self._base.get(name, 0), delay=delay)
+        publication = Ros2Publication(self._ros, name, type_name, self._base.get(name, 0))
+        self._acquaint(publication)
+        return publication
 
     def settle(self, topic: SubscribedTopic) -> None:
         """Wait until the cell knows of a subscription, and its latched message has come."""
@@ -234,7 +255,7 @@ class Ros2Graph(Graph):
             client = self._services[name] = self._ros.node.create_client(
                 kind, relative(name), callback_group=self._ros.group
             )
-        if not client.wait_for_service(_SETTLING):
+        if not client.wait_for_service(SETTLING):
             raise ServiceGoneError(f"there is no service {name}")
         done = threading.Event()
         future = client.call_async(request)
@@ -249,88 +270,6 @@ class Ros2Graph(Graph):
                     "call, so a service that takes time cannot answer"
                 )
         return future.result()
-
-
-class Ros2Subscription(SubscribedTopic):
-    """Subscription in ROS 2; a message's number is that of its publisher.
-
-    A topic that does not exist yet has no type: it is looked for again.
-    """
-
-    def __init__(
-        self, ros: RosNode, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]
-    ) -> None:
-        super().__init__(name, deliver)
-        self._ros = ros
-        self._type = type_name
-        self._is_latched = False
-        self._subscription: Any = None
-        self._begin()
-
-    def _begin(self) -> None:
-        """Subscribe with the quality of service of the publishers, if the type is known."""
-        publishers = self._ros.node.get_publishers_info_by_topic(relative(self.name))
-        self._type = self._type or next((info.topic_type.replace("/msg/", "/") for info in publishers), "")
-        if not self._type:
-            return
-        self._is_latched = any(info.qos_profile.durability.name == "TRANSIENT_LOCAL" for info in publishers)
-        is_reliable = all(info.qos_profile.reliability.name == "RELIABLE" for info in publishers)
-        self._subscription = self._ros.node.create_subscription(
-            interface_class(self._type, "msg"),
-            relative(self.name),
-            self._take,
-            quality(is_reliable=is_reliable, is_transient_local=self._is_latched, depth=DEPTH),
-            raw=not is_values(self._type),
-            callback_group=self._ros.group,
-        )
-
-    @property
-    def is_connected(self) -> bool:
-        """True if a publisher is known."""
-        if self._subscription is None:
-            self._begin()
-        return bool(self._ros.node.count_publishers(self._ros.full_name(self.name)))
-
-    def settle(self, before: int) -> None:
-        """Do not wait for the messages before the subscription, of which only a latched one comes."""
-        with self._changed:
-            self._received = max(self._received, 0 if self._is_latched else before)
-        if self._is_latched and before:
-            self.wait_for(before, _SETTLING)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        if self._subscription is not None:
-            self._ros.node.destroy_subscription(self._subscription)
-
-    def _take(self, message: Any, info: Any) -> None:
-        data = as_bytes(message, self._type) if is_values(self._type) else message
-        number = info["publication_sequence_number"]
-        self.take(data, number, is_latched=self._is_latched)
-
-
-class Ros2Publication(PublishedTopic):
-    """Publication in ROS 2; `base` messages came from others before. It connects after `delay` [s] at the earliest."""
-
-    def __init__(self, ros: RosNode, name: str, type_name: str, base: int, *, delay: float) -> None:
-        self.name = name
-        self.type = type_name
-        self.published = base
-        self._begin = time.monotonic() + delay
-        self._class = interface_class(type_name, "msg")
-        self._is_values = is_values(type_name)
-        qos = quality(is_reliable=True, is_transient_local=False, depth=DEPTH)
-        self._publisher = ros.node.create_publisher(self._class, relative(name), qos)
-
-    @property
-    def is_connected(self) -> bool:
-        """True if it has a subscriber, which knows it."""
-        return bool(self._publisher.get_subscription_count()) and time.monotonic() >= self._begin
-
-    def publish(self, data: bytes) -> None:
-        """Send a message."""
-        self.published += 1
-        self._publisher.publish(fill(self._class(), json.loads(data)) if self._is_values else data)
 
 
 def remapped_names(arguments: Sequence[str]) -> list[str]:
