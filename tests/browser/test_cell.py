@@ -118,6 +118,29 @@ def test_second_browser_sees_present_state_and_may_control(page: WebPage, visito
     late.close()
 
 
+def test_hidden_tab_stands_and_shows_present_state_once_it_is_shown(
+    page: WebPage, visitor: Visitor, visit_all: Visit
+) -> None:
+    other = visit_all(page.url)
+    other.read("^paused$")
+    visitor.press("Resume")
+    other.read("^running$")
+    other.hide(is_hidden=True)
+
+    def stands() -> bool:
+        before, begin = seconds(other), seconds(visitor)
+        visitor.wait(lambda: seconds(visitor) > begin + 1.0, "time that goes on")
+        return seconds(other) == before
+
+    visitor.wait(stands, "tab that stands")
+    other.hide(is_hidden=False)
+    now = seconds(visitor)
+    other.wait(lambda: seconds(other) >= now, "present time")
+    visitor.press("Pause")
+    other.read("^paused$")
+    other.close()
+
+
 def test_page_shows_new_cell_after_reconnect(cell: Process, visitor: Visitor, tmp_path: Path) -> None:
     before = visitor.scene()
     cell.kill()
@@ -125,5 +148,6 @@ def test_page_shows_new_cell_after_reconnect(cell: Process, visitor: Visitor, tm
     with served(tmp_path, "sample"):
         visitor.wait(lambda: visitor.find("Not connected:") is None, "cell that is back")
         visitor.read("^sample$")
-        seen = visitor.change(before, 3e-4)  # other parts are in other bins
-        assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt
+        visitor.change(before, 3e-4)  # other parts are in other bins
+        belt = pytest.approx(middle(before, GREEN), abs=0.06)
+        visitor.wait(lambda: middle(visitor.canvas(), GREEN) == belt, "the same belt, once all of it is drawn")

@@ -38,6 +38,13 @@ window.cancelAnimationFrame = clearTimeout;
 """Limits drawing to four frames per second instead of sixty, which would take the whole processor."""
 
 
+_HIDE = """hidden => {
+  Object.defineProperty(document, 'hidden', {value: hidden, configurable: true});
+  document.dispatchEvent(new Event('visibilitychange'));
+}"""
+"""Tells the page's scripts that its tab is hidden or shown: without a display none is."""
+
+
 class Visitor:
     """Window of a browser, with storage of its own.
 
@@ -63,6 +70,10 @@ class Visitor:
 
     def close(self) -> None:
         self._context.close()
+
+    def hide(self, *, is_hidden: bool) -> None:
+        """Hide or show the tab."""
+        self.page.evaluate(_HIDE, is_hidden)
 
     def text(self) -> str:
         """All text on the page."""

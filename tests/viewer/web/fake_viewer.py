@@ -53,6 +53,10 @@ class FakeViewer:
         """Send a message."""
         self._line.send(message if isinstance(message, bytes) else msgspec.msgpack.encode(message))
 
+    def hide(self, *, is_hidden: bool) -> None:
+        """Hide or show its tab."""
+        self.send({"type": "TabVisibilityMessage", "hidden": is_hidden})
+
     def sees(self, *names: str) -> bool:
         """Return whether there are nodes of these names."""
         return all(f"/scene/{name}" in self.nodes for name in names)

@@ -1,6 +1,7 @@
 """Page in its own process, with a server and viewers: nothing is drawn here."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -14,9 +15,10 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.middleware.server import Server
+from cellwright.rendering.scene import SceneFrame
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
-from cellwright.viewer.services.names import FRAME, PANEL, VIEWER_SERVICES
+from cellwright.viewer.services.names import PANEL, VIEWER_SERVICES
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.start import WebPage, page_source
 from tests.robot.robots import two_arms
@@ -28,6 +30,16 @@ from tests.viewer.web.fake_viewer import FakeViewer
 TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 
 
+class CountedScene(ServedScene):
+    """Scene that counts its frames."""
+
+    frames = 0
+
+    def frame(self) -> SceneFrame:
+        self.frames += 1
+        return super().frame()
+
+
 class Hall:
     """Server, and a page on it."""
 
@@ -36,19 +48,29 @@ class Hall:
         self.server = Server(served, port=port)
         if guarded:
             self.server.guard(guarded, "not for you")
-        services = SceneServices(ServedScene(served))
-        services.offer(self.server)
-        self.requests: list[dict[str, Any]] = []
+        self.scene = CountedScene(served)
+        self.panels: list[dict[str, Any]] = []
+        """Requests for a panel."""
+        SceneServices(self.scene, self._panel).offer(self.server)
+        self.server.offer(PANEL, self._panel)
 
-        def note(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-            self.requests.append(request)
-            return services.frame(request)
+    @property
+    def frames(self) -> int:
+        """Number of frames taken for pages."""
+        return self.scene.frames
 
-        self.server.offer(FRAME, note)
+    @property
+    def is_streaming(self) -> bool:
+        """True while a page gets frames."""
+        return self.server._streams.due < math.inf
+
+    def _panel(self, request: dict[str, Any]) -> dict[str, Any]:
+        self.panels.append(request)
+        return {"kind": "none"}
 
     def until(self, condition: Callable[[], object]) -> None:
         """Step and serve until a condition holds."""
-        wait_until(condition, "change on the page", seen=lambda: f"{len(self.requests)} questions", between=self.step)
+        wait_until(condition, "change on the page", seen=lambda: f"{self.frames} frames", between=self.step)
 
     def step(self) -> None:
         """Step once, and serve."""
@@ -80,7 +102,7 @@ def test_pages_leave_state_unchanged_and_late_browser_sees_present() -> None:
         hall.until(lambda: late.sees(TRAY) and abs(late.position(TRAY)[1] - 3.0) < 0.5)
         for _ in range(20):
             hall.step()
-        assert len(hall.requests) > 5
+        assert hall.frames > 5
         first.close()
         late.close()
         ticks = watched.simulation.clock.tick
@@ -112,21 +134,33 @@ def test_page_with_key_is_answered_and_others_are_refused() -> None:
 @pytest.mark.slow
 def test_page_without_browser_requests_few_panels() -> None:
     """Its panel requests are counted here; the tests of `StatePoller` cover the pauses between two polls."""
-    panels: list[dict[str, Any]] = []
-
-    def panel(request: dict[str, Any]) -> dict[str, Any]:
-        panels.append(request)
-        return {"kind": "none"}
-
     with shown(Cell(KITTING)) as (hall, page):
-        hall.server.offer(PANEL, panel)
-        hall.until(lambda: len(hall.requests) >= 3)
-        assert len(panels) <= 2  # those of its features for another scene
-        before = len(hall.requests)
+        hall.until(lambda: hall.frames >= 3)
+        assert len(hall.panels) <= 2  # those of its features for another scene
+        before = hall.frames
         viewer = FakeViewer(page.url)
-        hall.until(lambda: len(hall.requests) > before + 10)
-        hall.until(lambda: len(panels) > 4)
+        hall.until(lambda: hall.frames > before + 10)
+        hall.until(lambda: len(hall.panels) > 4)
         viewer.close()
+
+
+@QUICK_PAGES
+@pytest.mark.slow
+def test_hidden_tab_gets_nothing_and_present_once_it_is_shown() -> None:
+    with shown(Cell(WHOLE)) as (hall, page):
+        hidden, seen = FakeViewer(page.url), FakeViewer(page.url)
+        hall.until(lambda: hidden.moves > 5 and seen.moves > 5)
+        hidden.hide(is_hidden=True)
+        hall.until(lambda: seen.moves > hidden.moves + 200)
+        moves = hidden.moves
+        seen.hide(is_hidden=True)
+        hall.until(lambda: not hall.is_streaming)
+        hidden.hide(is_hidden=False)
+        hall.until(lambda: hall.is_streaming)
+        hall.until(lambda: hidden.moves > moves + 5)
+        hidden.close()
+        hall.until(lambda: not hall.is_streaming)
+        seen.close()
 
 
 @QUICK_PAGES
@@ -181,8 +215,8 @@ def test_killed_page_does_not_affect_second_page() -> None:
         other._process.kill()
         hall.until(lambda: not other.is_running)
         other.close()
-        requests = len(hall.requests)
-        hall.until(lambda: len(hall.requests) > requests + 10)
+        requests = hall.frames
+        hall.until(lambda: hall.frames > requests + 10)
         ones.close()
 
 
@@ -207,8 +241,8 @@ def test_invalid_messages_of_browser_change_nothing_for_others() -> None:
             for _ in range(10):
                 hall.step()
             bad.close()
-        moves = len(hall.requests)
-        hall.until(lambda: len(hall.requests) > moves + 10)
+        moves = hall.frames
+        hall.until(lambda: hall.frames > moves + 10)
         assert page.is_running
         late = FakeViewer(page.url)
         hall.until(lambda: late.sees(TRAY))

@@ -42,7 +42,7 @@ _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock tic
 
 
 class SocketConnection:
-    """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
+    """Connection to a server as the node `node`: sends requests, and hands every frame that is no answer to `on_frame`.
 
     Messages have the encoding `encoding`, one of `TypeSet.encodings`. The server has `timeout` [s] to accept the
     connection and to greet; `key` is the server's key for its own page.
@@ -200,8 +200,8 @@ class SocketConnection:
                 self._expected.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
-            case _:  # the answer to a request that the caller abandoned
-                pass
+            case _:  # an answer of a stream, or to a request that the caller abandoned
+                self._on_frame(frame)
 
     def _set_end(self, reason: str) -> None:
         self._end = self._end or reason
@@ -389,6 +389,8 @@ class SocketTransport:
 
     def _take(self, frame: Frame) -> None:
         """Queue a message; it is delivered when time passes."""
+        if frame.kind is not FrameKind.MESSAGE:
+            return
         deliver = self._deliveries.get(frame.number)
         if deliver is not None:
             self._mail.append((deliver, frame.payload))

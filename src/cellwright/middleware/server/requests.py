@@ -24,6 +24,7 @@ from cellwright.middleware.bus import (
 from cellwright.middleware.interface.table import Timing
 from cellwright.middleware.messages import Message, ServiceType, TypeSet, type_of
 from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
+from cellwright.middleware.server.streams import AnswerStream, Streams
 from cellwright.middleware.wire.frames import (
     PROTOCOL,
     QUIET,
@@ -51,10 +52,10 @@ _MAX_NODE_LENGTH = 255
 
 Reply: TypeAlias = dict[str, Any] | tuple[dict[str, Any], bytes]
 
-Extra: TypeAlias = Callable[[dict[str, Any]], Reply | PendingResponse]
-"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA); or it answers later.
+Extra: TypeAlias = Callable[[dict[str, Any]], Reply | PendingResponse | AnswerStream]
+"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA).
 
-It refuses with a CellwrightError.
+It may also answer later, or again and again. It refuses with a CellwrightError.
 """
 
 log = logging.getLogger(__name__)
@@ -169,6 +170,8 @@ class Requests:
         self.guarded: dict[str, str] = {}
         """Those of them that require the key, with the reason that all other clients get."""
         self.key = ""  # empty: there is none
+        self.streams = Streams()
+        """Answers to come without a further request."""
         # Compute all checksums now, while no client waits.
         welcome_frame(cell, lockstep=lockstep)
 
@@ -192,6 +195,7 @@ class Requests:
 
     def forget(self, client: ClientConnection) -> None:
         """Forget the requests of a client that is gone."""
+        self.streams.end(client)
         self.pending = deque(each for each in self.pending if each.client is not client)
 
     def answer(self, request: AdvanceRequest) -> None:
@@ -207,6 +211,7 @@ class Requests:
                 self._subscribe(client, frame)
             case FrameKind.UNSUBSCRIBE:
                 client.subscriptions.pop(frame.number, _nothing)()
+                self.streams.end(client, frame.number)
             case FrameKind.PUBLISH:
                 self._publish(client, frame)
             case FrameKind.CALL:
@@ -279,14 +284,18 @@ class Requests:
             extra, acts = self.extras[frame.name]
             if frame.name in self.guarded and not client.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
+            if self.streams.renew(client, frame.number):
+                return
             arguments = frame.json()
             if acts:
                 self._cell.bus.note(ExternalInput(InputKind.EXTRA, frame.name, arguments, frame.node or client.node))
             answer = extra(arguments)
             if isinstance(answer, PendingResponse):
                 answer.then(partial(self._reply, client, frame))
-            else:
+            elif isinstance(answer, dict | tuple):
                 self._reply(client, frame, answer)
+            else:
+                self.streams.begin(client, frame.number, answer)
             return
         self._cell.simulation.settle_inbox()
         service: ServiceType | None = self._services.get(frame.name)

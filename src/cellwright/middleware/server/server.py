@@ -140,6 +140,7 @@ class Server:
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
         self.key = ""  # opens guarded services to a client that shows it; empty while there are none
         self._requests = Requests(cell, lockstep=lockstep)
+        self._streams = self._requests.streams
         self._clients = ClientRegistry(report, self._requests.forget)
         self._notices, self._tell = cell.bus.on_notice, self._clients.tell
         self._notices.append(self._tell)
@@ -185,7 +186,7 @@ class Server:
 
         Args:
             service: name.
-            handler: takes a JSON object; returns one, or a tuple of one and bytes.
+            handler: takes a JSON object; returns one, a tuple of one and bytes, or a stream of such tuples.
             acts: it changes the cell; note its calls like commands (`Bus.on_input`).
         """
         self._requests.extras[service] = handler, acts
@@ -209,8 +210,11 @@ class Server:
         Returns:
             True if a client sent or was sent something.
         """
-        deadline = time.perf_counter() + seconds
-        if self._nap(seconds):
+        now = time.perf_counter()
+        deadline = now + seconds
+        if self._streams.serve(now, seconds):
+            seconds = deadline - time.perf_counter()
+        if deadline < self._streams.due and self._nap(seconds):
             return False
         self._clients.ping()
         is_busy = any(client.has_waiting or client.has_frames for client in self._clients)
@@ -220,9 +224,10 @@ class Server:
             if any(client.has_frames for client in self._clients):
                 ready = any(map(self._is_ready, self._clients))
                 until = 0.0 if ready else min(deadline, self._rests_until)
-            left = max(0.0, until - time.perf_counter())
+            left = max(0.0, min(until, self._streams.due) - time.perf_counter())
             is_busy |= self._look_at_sockets(min(left, self._clients.next_check))
             in_time = self._take_turns(deadline)
+            self._streams.serve(time.perf_counter(), 0.0)
             self._clients.check()
             if (
                 not in_time

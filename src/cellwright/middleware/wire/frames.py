@@ -18,7 +18,7 @@ The client (a program or a bridge) opens with HELLO, and the cell answers WELCOM
 | MESSAGE | of the subscription | | message |
 | DONE | of the request | | |
 | ANSWER | of the call | | response |
-| DATA | of the call | | response in JSON and bytes, see `data_frame`; from services of the server alone |
+| DATA | of the call | | response in JSON and bytes, see `data_payload`; from services of the server alone |
 | REFUSED | of the request | name of the error's class in `cellwright.util.errors` | the reason, UTF-8; see below |
 | TIME | of the request | | simulation time [ns], see `read_time` |
 | PING | of the cell's choice, above 0 | | |
@@ -28,6 +28,7 @@ The client (a program or a bridge) opens with HELLO, and the cell answers WELCOM
 Messages, requests and responses have the encoding that the client named in its HELLO: CDR, ROS 1, or ROS 2, which is
 CDR but for the packages in `VALUE_PACKAGES`. The client chooses
 the numbers of its connection, and must not reuse one that is in use. An empty node stands for the client's own.
+A stream answers one CALL with many DATA. Another CALL with its number asks for more of them, UNSUBSCRIBE ends it.
 ADVANCE is for a cell in lockstep, where nothing else advances time. It ends early with a message of a subscription that
 is not `quiet`. There an answer may take simulation time: DONE announces this, and ANSWER with the same number follows.
 
@@ -229,9 +230,14 @@ def hello(node: str, encoding: str, key: str = "", *, notices: bool = False) -> 
 
 
 def data_frame(number: int, request: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
-    """Return a server service's answer with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
-    text = json.dumps(request).encode()
-    return Frame(FrameKind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
+    """Return a server service's answer with bytes."""
+    return Frame(FrameKind.DATA, number, payload=data_payload(json.dumps(request), data))
+
+
+def data_payload(text: str, data: bytes) -> bytes:
+    """Return the payload of DATA: `u32` length of the JSON, little endian, the JSON object `text`, bytes."""
+    encoded = text.encode()
+    return b"".join((_JSON_LENGTH.pack(len(encoded)), encoded, data))
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:

@@ -45,8 +45,7 @@ class RecordingServices:
 
     def offer(self, server: Server) -> None:
         """Offer the services on a server."""
-        SceneServices(self).offer(server)
-        offer_panel(server, self.panel, self.control)
+        SceneServices(self, offer_panel(server, self.panel, self.control)).offer(server)
 
     def metadata(self) -> dict[str, Any]:
         """Return further facts of the scene: none."""

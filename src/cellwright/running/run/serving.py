@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cellwright.viewer.web.start import WebPage
 
 _POLL_PERIOD = 0.1  # [s]
-_LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
+_LAST_POLL = 0.7  # [s]: a page gets its panel four times a second
 
 
 class Serving:
@@ -134,7 +134,7 @@ class Serving:
         )
 
     def let_page_poll(self) -> None:
-        """Serve the page, if there is one, until it has asked for the result of a run that is over."""
+        """Serve the page, if there is one, until it has the result of a run that is over."""
         if self.page is not None:
             self.server.wait(_LAST_POLL, until_request=False)
 

@@ -5,7 +5,7 @@ faulty parts that the referee has not named. Values that change all the time are
 only on events.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from cellwright.cell.devices.finger_gripper import FingerGripper
 from cellwright.cell.devices.kit_sender import FixedTray, KitSender
 from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.evidence import Evidence, evidence, evidence_to_json, kit_evidence, kit_to_json
+from cellwright.cell.kitting.fates import Fate
 from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.kitting.scorer import GameScore
@@ -63,6 +64,7 @@ class CellPanel:
         self._result: dict[str, Any] | None = None
         # slow to compute, and seldom different
         self._attainable: dict[bool, AttainableScore] = {}
+        self._scored: tuple[tuple[object, ...], dict[str, Any]] = (), {}
         self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, AttainableScore], dict[str, Any]]] = {}
 
     def end(self, result: Mapping[str, Any]) -> None:
@@ -135,8 +137,22 @@ class CellPanel:
 
     def _score(self, score: GameScore, attainable: AttainableScore) -> dict[str, Any]:
         """Score with its evidence, without times, and without orders that are still secret."""
-        fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
-        trial, sent = without_faults(self._cell), self._cell.competition.sent
+        hides, sent = hides_ground_truth(self._cell), self._cell.competition.sent
+        fates = {} if hides else self._cell.competition.fates()  # they reveal the faulty parts
+        orders = [(order.order_id, order.kits, order.is_complete) for order in score.orders]  # all but their times
+        facts = (hides, sent, fates, orders)
+        if self._scored[0] != facts:
+            self._scored = facts, self._score_of(score, attainable, fates, sent)
+        return self._scored[1]
+
+    def _score_of(
+        self,
+        score: GameScore,
+        attainable: AttainableScore,
+        fates: Mapping[str, Sequence[Fate | None]],
+        sent: Mapping[str, str],
+    ) -> dict[str, Any]:
+        trial = without_faults(self._cell)
         found = evidence_to_json(evidence(trial, score, attainable=attainable, fates=fates, sent=sent))
         for key in ("process_time", "part_travel_time"):
             del found[key]

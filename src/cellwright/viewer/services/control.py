@@ -159,7 +159,12 @@ PanelSource = Callable[[dict[str, Any]], dict[str, Any]]
 """Returns a panel as JSON values; takes the request."""
 
 
-def offer_panel(server: Server, panel: PanelSource, control: Control) -> None:
-    """Offer a panel and time control on a server."""
-    server.offer(PANEL, lambda request: {**panel(request), "control": control.state()})
+def offer_panel(server: Server, panel: PanelSource, control: Control) -> PanelSource:
+    """Offer a panel and time control on a server; return the panel as it is offered."""
+
+    def answer(request: dict[str, Any]) -> dict[str, Any]:
+        return {**panel(request), "control": control.state()}
+
+    server.offer(PANEL, answer)
     server.offer(CONTROL, control.control)
+    return answer

@@ -8,6 +8,8 @@ Both answer in JSON and bytes:
 - `cellwright/frame` with `since`, a `sequence`: bytes with the changes since that frame if it is recent; else whole.
 - `cellwright/frame` with `sensors` true: also `sensors`, see `ViewedNode.sensor_overlay`.
 - `cellwright/frame` with `contacts` true: also `contacts`, see `contact_forces`.
+- `cellwright/frame` with `ahead`, a number of frames: a stream of them, the first one whole, the others with the
+  changes since the one before. Some have `panel`, the answer of the panel service.
 
 Requests leave the state as it is.
 """
@@ -25,9 +27,12 @@ import numpy as np
 
 from cellwright.middleware.bus import Node
 from cellwright.middleware.server import Server
+from cellwright.middleware.server.streams import MAX_AHEAD
 from cellwright.rendering.scene.engine import DrawnNode, SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
+from cellwright.util.errors import UsageError
 from cellwright.viewer.services.control import Control, PanelSource, offer_panel
+from cellwright.viewer.services.frame_stream import FrameStream, StreamedFrames
 from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
 
 MAX_CONTACTS = 300  # the strongest
@@ -132,17 +137,22 @@ class SceneServices:
 
     All pages share the newest frames, each with a sequence number. A page that names its frame gets the changes since.
     The numbers start at random, so that those of another server are unknown here.
+
+    Args:
+        source: the scene and its frames.
+        panel: the panel service, for streams; None if there is none.
     """
 
-    def __init__(self, source: SceneSource) -> None:
+    def __init__(self, source: SceneSource, panel: PanelSource | None = None) -> None:
         self._source = source
         self._history: deque[tuple[int, SceneFrame]] = deque(maxlen=HISTORY_LENGTH)
         self._sequence = secrets.randbits(31)
+        self._streamed = StreamedFrames(self._newest, self._details, panel)
 
     def offer(self, server: Server) -> None:
         """Offer both services on a server."""
         server.offer(SCENE, self.scene)
-        server.offer(FRAME, self.frame)
+        server.offer(FRAME, self.frame_or_stream)
 
     def scene(self, _request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Answer of the scene service."""
@@ -150,14 +160,35 @@ class SceneServices:
 
     def frame(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Answer of the frame service."""
+        frame = self._newest()[1]
+        since = request.get("since")
+        before = next((kept for sequence, kept in self._history if sequence == since), None)
+        return self._details(request), frame.encode(before)
+
+    def frame_or_stream(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes] | FrameStream:
+        """Answer of the frame service, or a stream for a request with `ahead`.
+
+        Raises:
+            UsageError: `ahead` is not a number of frames.
+        """
+        ahead = request.get("ahead")
+        if ahead is None:
+            return self.frame(request)
+        if isinstance(ahead, bool) or not isinstance(ahead, int) or not 1 <= ahead <= MAX_AHEAD:
+            raise UsageError(f"{FRAME}: ahead must be a whole number from 1 to {MAX_AHEAD} (got {ahead!r:.40})")
+        return FrameStream(self._streamed, request, ahead)
+
+    def _newest(self) -> tuple[int, SceneFrame]:
+        """Return the current frame, with its number."""
         frame = self._source.frame()
         if not self._history or not frame.equals(self._history[-1][1]):
             self._sequence += 1
             self._history.append((self._sequence, frame))
-        since = request.get("since")
-        before = next((kept for sequence, kept in self._history if sequence == since), None)
-        answer = {"sequence": self._sequence, "digest": self._digest, **self._source.details(request)}
-        return answer, frame.encode(before)
+        return self._history[-1]
+
+    def _details(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the JSON of the answer with the newest frame."""
+        return {"sequence": self._sequence, "digest": self._digest, **self._source.details(request)}
 
     @cached_property
     def _digest(self) -> str:
@@ -170,7 +201,6 @@ def offer_viewer_services(server: Server, served: ViewedNode, panel: PanelSource
     A competition grants them to the server's own page only, which has its key. Part poses and a time that can be paused
     were not available to agents of the original.
     """
-    SceneServices(ServedScene(served)).offer(server)
-    offer_panel(server, panel, control)
+    SceneServices(ServedScene(served), offer_panel(server, panel, control)).offer(server)
     if served.in_competition:
         server.guard(VIEWER_SERVICES, ITS_OWN_PAGE)

@@ -35,6 +35,7 @@ from websockets.typing import Data
 
 from cellwright.middleware.server.server import open_listener
 from cellwright.util.errors import UsageError
+from cellwright.viewer.web.visibility import ReportingPage, read_visibility
 
 MAX_NUMBER = 1e9  # no joint, position or time is larger
 MAX_TEXT = 1000  # characters
@@ -199,8 +200,11 @@ class AccessGuard:
             raise UsageError(f"{host}: a page that is open to the network requires a token")
         self.incoming = Incoming()
         """Filter for the messages of admitted browsers."""
-        self._count = 0
+        self.on_visibility: Callable[[bool], None] = lambda _is_visible: None
+        """Called with True if a tab is shown, and with False if all are hidden or closed."""
+        self._connected: set[_PendingConnection] = set()
         self._unfinished: dict[Any, None] = {}
+        self._html = ReportingPage()
 
     @property
     def url(self) -> str:
@@ -255,6 +259,7 @@ class AccessGuard:
         """Connection without a request so far."""
         connection = _PendingConnection(*arguments, **options)
         connection.unfinished, connection.incoming = self._unfinished, self.incoming
+        connection.on_visibility = self._look_for_tabs
         return connection
 
     def _looking_at(self, answer: Callable[..., Any] | None) -> Callable[..., Any]:
@@ -264,10 +269,11 @@ class AccessGuard:
             if reason:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
             is_page = request.headers.get("Upgrade", "").lower() != "websocket"
-            if not is_page and self._count >= MAX_CONNECTIONS:
+            if not is_page and len(self._connected) >= MAX_CONNECTIONS:
                 return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, _TOO_MANY)  # type: ignore[no-any-return]
             response: Response | None = None if answer is None else answer(connection, request)
             if is_page and response is not None:
+                self._html.add_script(response)
                 response.headers["Referrer-Policy"] = "no-referrer"
                 response.headers["X-Frame-Options"] = "SAMEORIGIN"
                 response.headers["Cache-Control"] = "no-store"
@@ -281,15 +287,20 @@ class AccessGuard:
     def _counted(self, handler: Callable[..., Any]) -> Callable[..., Any]:
         async def counted(connection: Any) -> None:
             # Only the thread of the event loop counts, so this needs no lock.
-            self._count += 1
+            self._connected.add(connection)
+            self._look_for_tabs()
             try:
                 await handler(connection)
             except Exception:  # of a message that makes no sense; only its browser suffers
                 await connection.close(1008, "invalid message")
             finally:
-                self._count -= 1
+                self._connected.discard(connection)
+                self._look_for_tabs()
 
         return counted
+
+    def _look_for_tabs(self) -> None:
+        self.on_visibility(any(each.shown.is_set() for each in self._connected))
 
     def _has_token(self, path: str, headers: Headers) -> bool:
         shown = parse_qs(path.partition("?")[2]).get(TOKEN, [])
@@ -305,14 +316,19 @@ class AccessGuard:
 class _PendingConnection(websockets.asyncio.server.ServerConnection):
     """Connection that stays in `unfinished` until its request is whole, so that half requests block no others.
 
-    viser receives only messages that `incoming` accepts.
+    viser receives only messages that `incoming` accepts. What it sends waits while the browser's tab is hidden: viser
+    keeps the newest values only.
     """
 
     unfinished: dict[Any, None]
     incoming: Incoming
+    on_visibility: Callable[[], None]
+    shown: asyncio.Event
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
+        self.shown = asyncio.Event()
+        self.shown.set()
         self.unfinished[self] = None
         if len(self.unfinished) > MAX_UNFINISHED:
             oldest = next(iter(self.unfinished))
@@ -322,11 +338,23 @@ class _PendingConnection(websockets.asyncio.server.ServerConnection):
     async def recv(self, decode: bool | None = None) -> Any:  # noqa: FBT001 -- as it is there
         while True:
             data: Data = await super().recv(decode)
+            is_shown = read_visibility(data)
+            if is_shown is not None:
+                if is_shown:
+                    self.shown.set()
+                else:
+                    self.shown.clear()
+                self.on_visibility()
+                continue
             delay = self.incoming.delay(data)
             if delay is not None:
                 if delay > 0.0:
                     await asyncio.sleep(delay)
                 return data
+
+    async def send(self, *message: Any, **options: Any) -> None:
+        await self.shown.wait()
+        await super().send(*message, **options)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.unfinished.pop(self, None)

@@ -1,35 +1,25 @@
-"""Connection of the page to the server: requests, commands, and the poller for frames and panels."""
+"""Connection of the page to the server: requests, commands, and the stream of frames and panels."""
 
 import json
-import logging
 import os
 import threading
-import time
+from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from queue import SimpleQueue
-from typing import Any, Protocol, TypeAlias, TypeVar
+from dataclasses import replace
+from typing import Any, Protocol, TypeVar
 
-from cellwright.clients.client.socket_transport import SocketConnection
+from cellwright.clients.client.socket_transport import SocketConnection, check_answer
 from cellwright.middleware.messages import TYPES, TypeSet, type_of
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
-from cellwright.rendering.scene import Scene, SceneFrame
-from cellwright.rendering.scene.scene import decode_frame, decode_scene
-from cellwright.util.errors import CellwrightError, MessageError, RunEndedError, UnknownNameError
-from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
+from cellwright.viewer.services.names import FRAME, PAGE
 
 T = TypeVar("T")
 
-log = logging.getLogger(__name__)
-
-FRAME_PERIOD = 1 / 20
-"""Shortest time [s] between two frame requests: the page interpolates, and each one costs the simulation's process."""
+AHEAD = 40
+"""Number of frames that the server sends before the page asks for more: those of two seconds."""
 _REQUEST = "_Request"
 _TIMEOUT = 10.0  # [s], timeout of the greeting
-_PANELS = 0.25
-_IDLE = 2.0  # [s] without a browser
-_AWAY = 1.0  # [s] between attempts to reconnect
-_SHARE = 0.5  # largest share of time spent waiting for answers: a slow server gets fewer requests
 
 
 class AwayError(CellwrightError):
@@ -54,6 +44,22 @@ class Connection(Protocol):
 
     def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
         """Call a service that answers with JSON and bytes."""
+        ...
+
+    def next_frame(
+        self, request: dict[str, Any], timeout: float, *, is_first: bool
+    ) -> tuple[dict[str, Any], memoryview] | None:
+        """Return the next answer of the frame service, some with a `panel`; None if none comes within `timeout` [s].
+
+        Args:
+            request: the overlays.
+            timeout: wall time [s].
+            is_first: True to get a whole frame; else the one after the last one, with the changes.
+        """
+        ...
+
+    def end_stream(self) -> None:
+        """Let no more frames come, until the next call of `next_frame`."""
         ...
 
     def publish(self, topic: str, message: Any) -> None:
@@ -90,6 +96,9 @@ class ServerConnection:
         """Welcome message of the last connection: `trial`, `topics`, `services`, `lockstep` …"""
         self._connection: SocketConnection | None = None
         self._lock = threading.RLock()
+        self._stream: Frame | None = None  # the call that the server answers with frames
+        self._left = 0  # number of its answers that may still come
+        self._frames: deque[Frame] = deque()
 
     @property
     def is_there(self) -> bool:
@@ -106,12 +115,7 @@ class ServerConnection:
             self.close()
             try:
                 self._connection = SocketConnection(
-                    self.address,
-                    node=self.node,
-                    encoding="cdr",
-                    on_frame=lambda _frame: None,
-                    timeout=_TIMEOUT,
-                    key=self._key,
+                    self.address, node=self.node, encoding="cdr", on_frame=self._take, timeout=_TIMEOUT, key=self._key
                 )
             except CellwrightError as error:
                 raise AwayError(str(error)) from None
@@ -128,6 +132,42 @@ class ServerConnection:
     def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
         """Call a service of the server that answers with JSON and bytes, such as `cellwright/frame`, as `ask` does."""
         return self._ask_server(service, request, Frame.data)
+
+    def next_frame(
+        self, request: dict[str, Any], timeout: float, *, is_first: bool
+    ) -> tuple[dict[str, Any], memoryview] | None:
+        """See `Connection`. The server sends frames of itself, as long as this is called, and a few more."""
+        payload = json.dumps({**request, "ahead": AHEAD}).encode()
+        with self._lock:
+            if self._connection is None:
+                self.connect()
+            assert self._connection is not None
+            try:
+                if is_first or self._stream is None or self._stream.payload != payload:
+                    self._frames.clear()  # those of another stream
+                    self._stream = Frame(FrameKind.CALL, self._connection.number(), FRAME, payload=payload)
+                    self._left = 0
+                if self._left <= AHEAD // 2:
+                    self._connection.send(self._stream)
+                    self._left = AHEAD
+                if not self._frames:
+                    self._connection.listen(timeout)
+            except RunEndedError as ended:
+                raise self._lost(ended) from None
+            if not self._frames:
+                return None
+            self._left -= 1
+            return _read(FRAME, check_answer(self._frames.popleft()), Frame.data)
+
+    def end_stream(self) -> None:
+        """See `Connection`."""
+        with self._lock:
+            if self._connection is not None and self._stream is not None:
+                try:
+                    self._connection.send(Frame(FrameKind.UNSUBSCRIBE, self._stream.number))
+                except RunEndedError as ended:
+                    raise self._lost(ended) from None
+            self._stream = None
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message as any client does; the server refuses it, or acts on it even while time is paused."""
@@ -153,14 +193,10 @@ class ServerConnection:
         with self._lock:
             if self._connection is not None:
                 self._connection.close()
-            self._connection = None
+            self._connection = self._stream = None
 
     def _ask_server(self, service: str, request: dict[str, Any], read: Callable[[Frame], T]) -> T:
-        answer = self._ask(Frame(FrameKind.CALL, 0, service, payload=json.dumps(request).encode()))
-        try:
-            return read(answer)
-        except FrameError as error:
-            raise CellwrightError(f"{service}: {error}") from None
+        return _read(service, self._ask(Frame(FrameKind.CALL, 0, service, payload=json.dumps(request).encode())), read)
 
     def _ask(self, frame: Frame) -> Frame:
         with self._lock:
@@ -170,128 +206,19 @@ class ServerConnection:
             try:
                 return self._connection.ask(replace(frame, number=self._connection.number()))
             except RunEndedError as ended:
-                self.close()
-                raise AwayError(str(ended) or "the server has closed the connection") from None
+                raise self._lost(ended) from None
+
+    def _take(self, frame: Frame) -> None:
+        if self._stream is not None and frame.number == self._stream.number:
+            self._frames.append(frame)
+
+    def _lost(self, ended: RunEndedError) -> AwayError:
+        self.close()
+        return AwayError(str(ended) or "the server has closed the connection")
 
 
-@dataclass(frozen=True, slots=True)
-class NewScene:
-    """New scene, and what the server says about it."""
-
-    scene: Scene
-    about: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class NewFrame:
-    """Frame that came at `wall` [s], with the answer that it was part of."""
-
-    wall: float
-    frame: SceneFrame
-    answer: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class NewPanel:
-    """Answer of the panel service."""
-
-    panel: dict[str, Any]
-
-
-PollResult: TypeAlias = NewScene | NewFrame | NewPanel | AwayError
-"""Result of a poll; an AwayError if the server did not answer."""
-
-
-class StatePoller:
-    """Poller for frames and panels of the page; it puts results into the queue `results`, in order.
-
-    Args:
-        link: a connection that nothing else uses, so that no request waits for another.
-        wants: returns the overlays to request with each frame.
-    """
-
-    def __init__(self, link: Connection, wants: Callable[[], dict[str, Any]]) -> None:
-        self.results: SimpleQueue[PollResult] = SimpleQueue()
-        self.is_watched = False
-        """True while a browser is connected."""
-        self._link = link
-        self._wants = wants
-        self._digest = ""
-        self._bodies = 0
-        self._newest: tuple[int, SceneFrame] | None = None  # with its sequence number, which `since` refers to
-        self._has_panel = True
-        self._panel_due = 0.0
-        self._wake = threading.Event()
-        self._is_over = False
-        self._thread = threading.Thread(target=self._run, name="poller", daemon=True)
-
-    def start(self) -> None:
-        """Start polling."""
-        self._thread.start()
-
-    def wake(self) -> None:
-        """Poll now."""
-        self._wake.set()
-
-    def close(self) -> None:
-        """Stop polling."""
-        self._is_over = True
-        self._wake.set()
-
-    def _run(self) -> None:
-        while not self._is_over:
-            self._wake.clear()
-            started_at = time.perf_counter()
-            try:
-                self._ask()
-                pause = FRAME_PERIOD if self.is_watched else _IDLE
-            except Exception as error:  # no answer, or none that makes sense
-                if isinstance(error, AwayError):
-                    self._has_panel, self._panel_due = True, 0.0
-                elif not isinstance(error, CellwrightError):
-                    log.exception("invalid answer from %s:%d", *self._link.address)
-                self._newest = None
-                self._link.close()
-                self.results.put(error if isinstance(error, AwayError) else AwayError(str(error)))
-                pause = _AWAY
-            spent = time.perf_counter() - started_at
-            self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
-        self._link.close()
-
-    def _ask(self) -> None:
-        answer, data = self._ask_for_frame()
-        if answer.get("digest") != self._digest:
-            self._newest = None
-            self._ask_for_scene()
-            answer, data = self._ask_for_frame()
-        frame = decode_frame(data, None if self._newest is None else self._newest[1])
-        if len(frame.poses) != self._bodies:
-            self._digest = ""  # so that the scene is requested again
-            raise MessageError(
-                f"{FRAME}: frame must have the bodies of the scene (got {len(frame.poses)} of {self._bodies})"
-            )
-        try:
-            int(answer.get("run", 0))
-            self._newest = int(answer["sequence"]), frame
-        except (KeyError, TypeError, ValueError):
-            raise MessageError(f"{FRAME}: answer has no frame") from None
-        self.results.put(NewFrame(time.perf_counter(), frame, answer))
-        if self._has_panel and self.is_watched and (now := time.perf_counter()) >= self._panel_due:
-            self._panel_due = now + _PANELS
-            try:
-                self.results.put(NewPanel(self._link.ask(PANEL)))
-            except UnknownNameError:
-                self._has_panel = False
-
-    def _ask_for_frame(self) -> tuple[dict[str, Any], memoryview]:
-        since = {} if self._newest is None else {"since": self._newest[0]}
-        return self._link.ask_data(FRAME, **self._wants(), **since)
-
-    def _ask_for_scene(self) -> None:
-        answer, data = self._link.ask_data(SCENE)
-        scene = decode_scene(bytes(data))
-        if not isinstance(digest := answer.get("digest"), str):
-            raise MessageError(f"{SCENE}: answer has no scene")
-        self._digest, self._bodies = digest, len(scene.bodies)
-        metadata = answer.get("about")
-        self.results.put(NewScene(scene, metadata if isinstance(metadata, dict) else {}))
+def _read(service: str, answer: Frame, read: Callable[[Frame], T]) -> T:
+    try:
+        return read(answer)
+    except FrameError as error:
+        raise CellwrightError(f"{service}: {error}") from None

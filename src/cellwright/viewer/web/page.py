@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -14,19 +15,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from cellwright.middleware.server.streams import PERIOD
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import (
-    FRAME_PERIOD,
-    AwayError,
-    Connection,
-    NewFrame,
-    NewPanel,
-    NewScene,
-    PollResult,
-    StatePoller,
-)
+from cellwright.viewer.web.connection import AwayError, Connection
+from cellwright.viewer.web.poller import NewFrame, NewPanel, NewScene, PollResult, StatePoller
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
 _MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
@@ -74,7 +68,7 @@ class FrameInterpolator:
 
     def __init__(self) -> None:
         self._arrivals: deque[_Arrival] = deque(maxlen=8)
-        self._period = FRAME_PERIOD
+        self._period = PERIOD
         self._is_cut = True
         self._shown: SceneFrame | None = None
 
@@ -209,8 +203,10 @@ class Page:
         self._away_reason: str | None = None
         self._notice: Any = None
         self._is_over = False
-        server.on_client_connect(self._on_connect)
-        server.on_client_disconnect(self._on_leave)
+        self._is_visible = True
+        self._browsers = threading.Lock()
+        server.on_client_connect(lambda _client: self._look_for_browsers())
+        server.on_client_disconnect(lambda _client: self._look_for_browsers())
 
     def tab(self, name: str) -> Any:
         """Return the tab of this name, made on first use; `with page.tab("View"): …` fills it."""
@@ -248,6 +244,11 @@ class Page:
                 self._announce_end()
             self._poller.close()
             self.link.close()
+
+    def set_visible(self, is_visible: bool) -> None:  # noqa: FBT001 -- the only argument of a callback
+        """Follow the server only while a browser's tab is visible; any thread may call it."""
+        self._is_visible = is_visible
+        self._look_for_browsers()
 
     def close(self) -> None:
         """End `run`; any thread may call it."""
@@ -351,9 +352,8 @@ class Page:
                 log.exception("%s failed and was removed from the page", type(feature).__name__)
                 self.features = tuple(each for each in self.features if each is not feature)
 
-    def _on_connect(self, _client: viser.ClientHandle) -> None:
-        self._poller.is_watched = True
-        self._poller.wake()
-
-    def _on_leave(self, _client: viser.ClientHandle) -> None:
-        self._poller.is_watched = bool(self.server.get_clients())
+    def _look_for_browsers(self) -> None:
+        with self._browsers:
+            self._poller.is_watched = self._is_visible and bool(self.server.get_clients())
+        if self._poller.is_watched:
+            self._poller.wake()

@@ -85,6 +85,7 @@ def show_page(make: Callable[[viser.ViserServer, Mapping[str, Any]], Page]) -> i
             server = ViserServer(guard.host, guard.port, label=str(options.get("title", "Cellwright")), verbose=False)
         guard.incoming.follow(server.gui)
         page = make(server, options["source"])
+        guard.on_visibility = page.set_visible
     except CellwrightError as error:
         _answer(out, {"error": str(error)})
         return 1

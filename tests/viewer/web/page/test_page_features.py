@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.scene import Scene, SceneFrame
-from cellwright.viewer.web.connection import AwayError, NewFrame, NewPanel, NewScene, ServerConnection
+from cellwright.viewer.web.connection import AwayError, ServerConnection
 from cellwright.viewer.web.page import Feature, Page, TimelineFrame
+from cellwright.viewer.web.poller import NewFrame, NewPanel, NewScene
 
 SCENE = Scene("a", ("world",), (), ())
 FRAME = SceneFrame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))

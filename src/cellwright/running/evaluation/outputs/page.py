@@ -39,7 +39,7 @@ from cellwright.running.evaluation.results.summary import (
     worst_first,
 )
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError, UsageError, printable
-from cellwright.viewer.services.names import PANEL, SCENE
+from cellwright.viewer.services.names import FRAME, PANEL, SCENE
 from cellwright.viewer.services.scene import SceneServices
 from cellwright.viewer.web import evaluation_panels as panels
 from cellwright.viewer.web.page import Feature, Page
@@ -134,6 +134,18 @@ class EvaluationSource:
             self._look()
             answer, content = self._services.scene(request) if service == SCENE else self._services.frame(request)
         return answer, memoryview(content)
+
+    def next_frame(
+        self, request: dict[str, Any], timeout: float, *, is_first: bool
+    ) -> tuple[dict[str, Any], memoryview] | None:
+        """Return the present frame, with the panel; the first one at once. See `Connection`."""
+        if not is_first:
+            time.sleep(timeout)
+        answer, data = self.ask_data(FRAME, **request)
+        return {**answer, "panel": self.ask(PANEL)}, data
+
+    def end_stream(self) -> None:
+        """Do nothing: no frame comes without a call."""
 
     def publish(self, topic: str, message: Any) -> None:  # noqa: ARG002
         """Refuse a message: there is no bus."""
