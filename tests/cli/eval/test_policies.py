@@ -1,6 +1,7 @@
 """Policies in `cellwright eval`: latencies are compared, and a server that fails is no result."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -32,7 +33,17 @@ def test_server_that_is_lost_is_repeated_and_left(cellwright: CommandLine, tmp_p
     assert ran.status == 75
     assert "ws://127.0.0.1:1: cannot be reached" in ran.out
     assert "no result after 3 starts" in ran.err
-    assert not (tmp_path / "evaluation/results.jsonl").read_text()
+    folder = tmp_path / "evaluation"
+    assert not (folder / "results.jsonl").read_text()
+    assert re.search(r"short +1 .*infrastructure, not counted", ran.out)
+    found = json.loads((folder / "summary.json").read_text())
+    assert (found["runs"], found["share"], found["trials"]) == (0, None, [])
+    [lost] = found["infrastructure"]
+    assert (lost["trial"], lost["seed"]) == ("short", 1)
+    assert "ws://127.0.0.1:1: cannot be reached" in lost["fault"]
+    page = (folder / "report.html").read_text()
+    assert "1 run lost to the infrastructure, not counted" in page
+    assert "short seed 1: ws://127.0.0.1:1: cannot be reached" in page
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,8 @@ def _run(
             given.limits.limits(), given.record, progress.take, progress.show_jobs, progress.show_fault
         )
         runner = LocalRunner(store, watched, workers=given.workers or usable_processors(), stop_after=_STOP_AFTER)
-        return run_jobs(runner, jobs, store, progress)
+        results, failures, lost = run_jobs(runner, jobs, store, progress)
+        return results, [*(each.line for each in lost), *failures]
 
 
 def _write(

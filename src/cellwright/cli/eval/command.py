@@ -22,6 +22,7 @@ from cellwright.running.evaluation.execution.seed_queue import SeedQueue
 from cellwright.running.evaluation.outputs.tracking import Tracking, parameters_of
 from cellwright.running.evaluation.plan.job import Job, make_jobs, repeated
 from cellwright.running.evaluation.results.folder import PLAN_NAME, RECORDINGS, other_agents, plan_of, plan_text
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.summary import shortcoming
@@ -100,14 +101,15 @@ def evaluate(given: EvaluationArguments) -> None:
             _claim(given, own, store, tracking)
             unwritten = write_beside(given.out / PLAN_NAME, plan_text(plan))
             stack.enter_context(page_beside(given.out, given.min_score or "", page, console, stays=not given.as_json))
-            results, failures, queue = _work(given, own, store, tracking, console)
+            results, failures, lost, queue = _work(given, own, store, tracking, console)
             left = len(own) - len(results) if queue is None else queue.left
             if queue is not None and not left:
                 counted = {result.key for result in results}
                 plan = plan_of([job for job in planned if job.key in counted], limits)
                 unwritten += write_beside(given.out / PLAN_NAME, plan_text(plan))
         notes = [] if queue is None else queue.sentences()
-        conclude(results, [*unwritten, *failures], reports, console, left=left, tracking=tracking, notes=notes)
+        failures = [*unwritten, *failures]
+        conclude(results, failures, reports, console, left=left, tracking=tracking, notes=notes, lost=lost)
 
 
 def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, tracking: Tracking) -> None:
@@ -125,8 +127,8 @@ def _claim(given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, 
 
 def _work(
     given: EvaluationArguments, jobs: Sequence[Job], store: ResultsFile, tracking: Tracking, console: Console
-) -> tuple[list[Result], list[str], SeedQueue | None]:
-    """Return the results of the jobs that have one and count, why there were no more, and the queue if there is one."""
+) -> tuple[list[Result], list[str], list[InfrastructureLoss], SeedQueue | None]:
+    """Return results that count, why there are no more, what the infrastructure lost, and the queue if there is one."""
     rule = given.rule
     with EvalProgress(console, jobs, may_end_early=rule is not None) as progress:
 

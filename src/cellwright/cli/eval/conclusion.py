@@ -27,6 +27,7 @@ from cellwright.running.evaluation.outputs.trackers import Status
 from cellwright.running.evaluation.outputs.tracking import Tracking, final_metrics
 from cellwright.running.evaluation.results import summary
 from cellwright.running.evaluation.results.folder import RESULTS_NAME
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss, loss_counts
 from cellwright.running.evaluation.results.result import Result
 from cellwright.util.plugins import is_installed
 
@@ -99,27 +100,29 @@ def conclude(
     left: int = 0,
     tracking: Tracking | None = None,
     notes: Sequence[str] = (),
+    lost: Sequence[InfrastructureLoss] = (),
 ) -> NoReturn:
     """Write the files of an evaluation, print its summary, and exit.
 
     `ended` are results of runs and repetitions; `failures` are what the machine did wrong, a line each. The number of
     runs that were interrupted is `left`; `notes` are about the number of seeds, a line each. A failure of `tracking`
-    does not change the exit status.
+    does not change the exit status. Runs that are `lost` have rows of their own, and count in no figure.
     """
     out, threshold = wanted.out, wanted.threshold
     results, repeats = summary.with_repeats(ended)
+    failures += [each.line for each in lost]
     failures += write_beside(out / "junit.xml", junit(results, threshold, repeats))
     pictures = {} if left else draw_worst(out, results, partial(print_line, console))
-    failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures))
+    failures += write_beside(out / "report.html", report(results, threshold, repeats, pictures, lost))
     if wanted.as_table:
         failures += write_beside(out / TABLE_NAME, parquet_table(ended))
     reasons = [summary.shortcoming(result, threshold) for result in results if not result.is_unjudged]
     reasons += [each.difference for each in repeats]
     otherwise = INCONCLUSIVE if any(result.is_unjudged for result in results) else DONE
     status = TRY_AGAIN if failures or left else NOT_DONE if any(reasons) else otherwise
-    document = json.dumps(summary.summary_document(results, threshold, status, repeats), indent=2)
+    document = json.dumps(summary.summary_document(results, threshold, status, repeats, lost), indent=2)
     failures += write_beside(out / "summary.json", document + "\n")
-    show_summary(console, results, threshold, repeats)
+    show_summary(console, results, threshold, repeats, lost)
     for note in notes:
         print_entry(console, "seeds", note)
     if left:
@@ -146,10 +149,11 @@ def show_summary(
     results: Sequence[Result],
     threshold: summary.Threshold | None,
     repeats: Sequence[summary.Repeat] = (),
+    lost: Sequence[InfrastructureLoss] = (),
 ) -> None:
     """Print a row for each trial, and a line for each run that did not pass or not repeat."""
     console.print()
-    print_table(console, summary_table(results))
+    print_table(console, summary_table(results, lost))
     if rows := summary.measure_rows(summary.summarize(results)):
         console.print()
         figures = dict.fromkeys(("mean", "95 %", "spread"), RIGHT)
@@ -161,8 +165,10 @@ def show_summary(
     passed = summary.with_interval(f"{count} of {judged} runs", summary.passed_interval(results, threshold))
     print_entry(console, "passed", passed)
     if (share := summary.mean_share(results)) is not None:
-        words = f"{share:.0%} of the attainable points"
-        print_entry(console, "share", summary.with_interval(words, summary.share_interval(results)))
+        are_tasks = summary.are_tasks(results)
+        words = f"{share:.0%} of the {'runs' if are_tasks else 'attainable points'}"
+        entry = "success" if are_tasks else "share"
+        print_entry(console, entry, summary.with_interval(words, summary.share_interval(results)))
     if unjudged := summary.unjudged_sentence(results):
         print_entry(console, "note", unjudged)
     if repeats:
@@ -183,8 +189,8 @@ def _print_first(console: Console, lines: Sequence[str]) -> None:
         console.print(f"  and {len(lines) - _MAX_REASONS} more")
 
 
-def summary_table(results: Sequence[Result]) -> FittedTable:
-    """Return a table with a row for each trial."""
+def summary_table(results: Sequence[Result], lost: Sequence[InfrastructureLoss] = ()) -> FittedTable:
+    """Return a table with a row for each trial, and one for its runs that were lost to the infrastructure."""
     figures = dict.fromkeys(("runs", "mean", "95 %", "min", "max", "reach"), RIGHT)
     rows = []
     for each in summary.summarize(results):
@@ -192,4 +198,5 @@ def summary_table(results: Sequence[Result]) -> FittedTable:
         points = [f"{number:.4g}" for number in (each.mean, each.min, each.max, each.reachable)]
         points.insert(1, summary.range_text(each.mean_interval))
         rows.append([each.trial, str(each.runs), *points, outcomes])
+    rows += [[trial, str(count), *"-----", "infrastructure, not counted"] for trial, count in loss_counts(lost).items()]
     return table({"trial": FOLD, **figures, "outcomes": FOLD}, rows)

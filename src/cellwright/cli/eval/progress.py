@@ -17,6 +17,7 @@ from cellwright.running.evaluation.execution.runner import Runner, Running
 from cellwright.running.evaluation.execution.seed_queue import SeedQueue
 from cellwright.running.evaluation.plan.job import Job
 from cellwright.running.evaluation.results import summary
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import printable
@@ -123,14 +124,15 @@ def run_jobs(
     progress: EvalProgress,
     begin: Callable[[Sequence[Result]], None] = lambda _known: None,
     queue: SeedQueue | None = None,
-) -> tuple[list[Result], list[str]]:
+) -> tuple[list[Result], list[str], list[InfrastructureLoss]]:
     """Run the jobs that have no result yet, until they are done or a signal comes; their progress is shown.
 
     `begin` receives the known results before anything is run. With a `queue`, which the runner asks for more, only what
     it counts is returned.
 
     Returns:
-        The results of the jobs that have one, in the jobs' order; and why there were no more, a line each.
+        The results of the jobs that have one, in the jobs' order; why there were no more, a line each; and the runs
+        that were lost to the infrastructure.
     """
     known = [store.results[job.key] for job in jobs if runner.is_settled(job)]
     progress.begin(known, store.path.parent)
@@ -148,4 +150,4 @@ def run_jobs(
         progress.show_fault(notice)
     settled = [store.results[job.key] for job in jobs if runner.is_settled(job)]
     results = settled if queue is None else queue.results()
-    return results, [*runner.unjudged, *filter(None, [runner.failure])]
+    return results, [*filter(None, [runner.failure])], runner.lost

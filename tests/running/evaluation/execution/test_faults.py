@@ -122,7 +122,7 @@ def evaluate(folder: Path) -> Evaluate:
                 workers=workers,
             )
             found.is_complete = evaluation.run(tiny_jobs(folder, program, seeds, "faulty.py"))
-            found.unjudged, found.failure = evaluation.unjudged, evaluation.failure
+            found.unjudged, found.failure = [each.line for each in evaluation.lost], evaluation.failure
             assert list(store.results.values()) == found.results
         return found
 

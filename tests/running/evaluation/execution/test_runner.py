@@ -43,4 +43,6 @@ def test_runs_that_the_machine_ended_are_named(tmp_path: Path) -> None:
     with ResultsFile(tmp_path) as store:
         runner = Idle(store, RunnerOptions())
     runner.faults[job("a")] = "killed by SIGKILL from outside"
-    assert runner.unjudged == ["tiny seed 1: killed by SIGKILL from outside; no result after 3 starts"]
+    assert [each.line for each in runner.lost] == [
+        "tiny seed 1: killed by SIGKILL from outside; no result after 3 starts"
+    ]

@@ -103,10 +103,29 @@ def test_runs_without_interval_have_dots_alone() -> None:
 )
 def test_other_sweeps_have_no_picture(results: list[Result]) -> None:
     assert sweep_picture(summarize(results)) == ""
-    assert "<h2>Sweep</h2>" not in report(results, None)
+    assert " against " not in report(results, None)
 
 
 def test_report_shows_picture() -> None:
     results = [result(trial=f"lesson a={value} b=7", overrides={"a": value, "b": "7"}) for value in ("1", "2")]
-    assert "<h2>Sweep</h2>" in report(results, None)
+    assert "<h2>Share of the attainable points against a</h2>" in report(results, None)
     assert "".join(picture(results).itertext()).endswith("lessondots: share of the attainable points")
+
+
+def test_success_of_a_task_against_latency_is_named_so() -> None:
+    results = [
+        result(
+            float(value != "120"),
+            trial=f"pick latency_ms={value}",
+            reachable=1.0,
+            success=value != "120",
+            overrides={"latency_ms": value},
+        )
+        for value in ("0", "60", "120")
+    ]
+    root = picture(results)
+    assert [heading.text for heading in root.iter("h2")] == ["Success rate against latency [ms]"]
+    assert next(root.iter("svg")).attrib["aria-label"] == "success rate against latency [ms]"
+    assert [text.text for text in root.iter("text")][-1] == "latency [ms]"
+    assert dots(root)[0][2] == "pick latency_ms=0: 100.0% of the runs succeeded; 1 run"
+    assert "".join(root.itertext()).endswith("pickdots: success rate")

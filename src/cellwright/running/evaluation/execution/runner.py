@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 
 from cellwright.running.evaluation.plan.job import Job, RunLimits
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
 
@@ -72,9 +73,12 @@ class Runner(ABC):
         """Run all jobs that are not settled; return False if it was stopped or failed before all had a result."""
 
     @property
-    def unjudged(self) -> list[str]:
-        """`faults`, a line each."""
-        return [f"{job.name}: {fault}; no result after {STARTS} starts" for job, fault in self.faults.items()]
+    def lost(self) -> list[InfrastructureLoss]:
+        """`faults`, as reports have them."""
+        return [
+            InfrastructureLoss(job.trial.name, job.seed, f"{fault}; no result after {STARTS} starts")
+            for job, fault in self.faults.items()
+        ]
 
     def is_settled(self, job: Job) -> bool:
         """Return whether the job has a valid result."""

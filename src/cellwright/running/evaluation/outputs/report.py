@@ -8,11 +8,13 @@ from cellwright.running.evaluation.outputs.drawings import histogram, timeline_p
 from cellwright.running.evaluation.outputs.html import document, escape, table
 from cellwright.running.evaluation.outputs.sweep_picture import STYLE as SWEEP_STYLE
 from cellwright.running.evaluation.outputs.sweep_picture import sweep_picture
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss, loss_counts
 from cellwright.running.evaluation.results.result import OUTCOMES, Result
 from cellwright.running.evaluation.results.summary import (
     Repeat,
     Threshold,
     TrialSummary,
+    are_tasks,
     done_interval,
     kit_words,
     mean_share,
@@ -44,16 +46,18 @@ def report(
     threshold: Threshold | None,
     repeats: Sequence[Repeat] = (),
     pictures: Mapping[str, bytes] | None = None,
+    lost: Sequence[InfrastructureLoss] = (),
 ) -> str:
-    """Return the page; `pictures` are PNG files by the keys of their results."""
+    """Return the page; `pictures` are PNG files by the keys of their results. Runs that are `lost` count nowhere."""
     agents = ", ".join(sorted({result.agent for result in results})) or "no agent"
     body = [
         f"<h1>{escape(agents)}</h1>",
         f'<p class="soft">{_subtitle(results, threshold)}</p>',
         f'<div class="tiles">{"".join(_tiles(results, threshold))}</div>',
-        _sweep(results),
+        sweep_picture(summarize(results)),
         "<h2>Trials</h2>",
-        _trials(results, threshold),
+        _trials(results, threshold, lost),
+        _losses(lost),
         _measures(results),
         _repeats(repeats),
         "<h2>Runs, worst first</h2>",
@@ -95,7 +99,8 @@ def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[s
     passed, count = passed_count(results, threshold)
     failed = sum(each.has_failed for each in results)
     percent, grade = ("-", "") if share is None else (f"{share:.1%}", _grade(share))
-    yield _tile(percent, with_interval("of the attainable points", share_interval(results)), grade)
+    words = "success rate" if are_tasks(results) else "of the attainable points"
+    yield _tile(percent, with_interval(words, share_interval(results)), grade)
     words = with_interval("runs passed", passed_interval(results, threshold))
     yield _tile(f"{passed} of {count}", words, "good" if passed == count > 0 else "bad")
     if unjudged := sum(each.is_unjudged for each in results):
@@ -110,17 +115,25 @@ def _tile(value: str, words: str, kind: str = "") -> str:
     return f'<div class="tile"><b class="{kind}">{escape(value)}</b><span>{escape(words)}</span></div>'
 
 
-def _trials(results: Sequence[Result], threshold: Threshold | None) -> str:
+def _trials(results: Sequence[Result], threshold: Threshold | None, lost: Sequence[InfrastructureLoss]) -> str:
     heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("95 %", "n"), ("min", "n"), ("max", "n")]
     heads += [("attainable", "n"), ("share", "n"), ("passed, 95 %", "n"), ("outcomes", ""), ("x real time", "n")]
     summaries = summarize(results, threshold)
-    rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summaries)
+    rows = [_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summaries]
+    rows += [_lost_row(trial, count, len(heads)) for trial, count in loss_counts(lost).items()]
     return f'<div class="card">{table(heads, rows)}</div>'
 
 
-def _sweep(results: Sequence[Result]) -> str:
-    picture = sweep_picture(summarize(results))
-    return f'<h2>Sweep</h2><div class="card">{picture}</div>' if picture else ""
+def _lost_row(trial: str, count: int, columns: int) -> str:
+    words = f"{_count(count, 'run')} lost to the infrastructure, not counted"
+    return f'<tr><td><b>{escape(trial)}</b></td><td class="soft" colspan="{columns - 1}">{words}</td></tr>'
+
+
+def _losses(lost: Sequence[InfrastructureLoss]) -> str:
+    if not lost:
+        return ""
+    lines = "".join(f'<p class="soft">{escape(each.line)}</p>' for each in lost)
+    return f'<h2>Lost to the infrastructure</h2><div class="card">{lines}</div>'
 
 
 def _measures(results: Sequence[Result]) -> str:

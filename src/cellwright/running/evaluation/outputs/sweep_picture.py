@@ -1,4 +1,4 @@
-"""Picture of a sweep: the share of points against the values of the swept key, with 95 % intervals, as SVG."""
+"""Picture of a sweep: the share of points, or the success rate of tasks, against the swept values, as SVG."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from html import escape
 
 from cellwright.config.parsing.expressions import evaluate
+from cellwright.running.evaluation.plan.job import LATENCY
 from cellwright.running.evaluation.plan.sweep import variant_name
 from cellwright.running.evaluation.results.summary import TrialSummary, range_text
 from cellwright.util.errors import ExpressionError
@@ -27,12 +28,15 @@ _LETTER, _GAP = 6.5, 10.0  # [px] width of a letter at most, and between two lab
 _DODGE = 7.0  # [px] between the marks of two trials at one value
 _CAP = 4.0  # [px] half the width of an interval's ends
 _LOGARITHMIC_FROM = 50.0  # the largest value over the smallest
+_AXES = {LATENCY: "latency [ms]"}
+"""Labels of keys whose name alone would not do."""
 
 
 def sweep_picture(results: Sequence[TrialSummary]) -> str:
-    """Return the picture and its legend as HTML; empty unless one key alone is swept, and its values are numbers.
+    """Return the section with the picture and its legend; empty unless one key alone is swept, by numbers.
 
-    Trials without points to earn have no place in it.
+    It shows the share of the points, or the success rate if each trial has a task, with 95 % intervals. Trials without
+    points to earn have no place in it.
     """
     summaries = [each for each in results if each.share is not None]
     key = _swept_key(summaries)
@@ -46,15 +50,19 @@ def sweep_picture(results: Sequence[TrialSummary]) -> str:
         return ""
     texts = {number: each.overrides[key] for points in series.values() for number, each in points}
     x = _scale(sorted(texts))
-    parts = [_grid(key, texts, x)]
+    axis = _AXES.get(key, key)
+    quantity = "success rate" if all(each.is_task for each in summaries) else "share of the attainable points"
+    parts = [_grid(axis, texts, x)]
     for index, points in enumerate(series.values()):
         parts.append(_curve(points, x, index, (index - (len(series) - 1) / 2) * _DODGE))
-    label = escape(f"share of the attainable points against {key}")
+    title = f"{quantity} against {axis}"
+    label = escape(title)
     picture = (
         f'<svg class="sweep" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{label}">{"".join(parts)}</svg>'
     )
-    legend = _legend(list(series), has_bars=any(each.share_interval for each in summaries))
-    return f'<div class="scroll">{picture}</div>{legend}'
+    legend = _legend(list(series), quantity, has_bars=any(each.share_interval for each in summaries))
+    heading = escape(title[0].upper() + title[1:])
+    return f'<h2>{heading}</h2><div class="card"><div class="scroll">{picture}</div>{legend}</div>'
 
 
 def _swept_key(summaries: Sequence[TrialSummary]) -> str:
@@ -98,7 +106,7 @@ def _y(share: float) -> float:
     return _TOP + (_HEIGHT - _TOP - _BOTTOM) * (1.0 - min(1.0, max(0.0, share)))
 
 
-def _grid(key: str, texts: Mapping[float, str], x: Callable[[float], float]) -> str:
+def _grid(axis: str, texts: Mapping[float, str], x: Callable[[float], float]) -> str:
     parts = []
     for percent in (0, 25, 50, 75, 100):
         y = _y(percent / 100)
@@ -115,7 +123,7 @@ def _grid(key: str, texts: Mapping[float, str], x: Callable[[float], float]) -> 
             parts.append(f'<text x="{at:.1f}" y="{bottom + 19}" text-anchor="middle">{escape(texts[number])}</text>')
             end = at + half
     middle = (_LEFT + _WIDTH - _RIGHT) / 2
-    parts.append(f'<text class="points" x="{middle}" y="{_HEIGHT - 8}" text-anchor="middle">{escape(key)}</text>')
+    parts.append(f'<text class="points" x="{middle}" y="{_HEIGHT - 8}" text-anchor="middle">{escape(axis)}</text>')
     return "".join(parts)
 
 
@@ -138,7 +146,8 @@ def _curve(points: Sequence[tuple[float, TrialSummary]], x: Callable[[float], fl
                 )
             ]
         runs = f"{each.runs} run{'' if each.runs == 1 else 's'}"
-        title = escape(f"{each.trial}: {each.share or 0.0:.1%} of the attainable points{interval}; {runs}")
+        whole = "of the runs succeeded" if each.is_task else "of the attainable points"
+        title = escape(f"{each.trial}: {each.share or 0.0:.1%} {whole}{interval}; {runs}")
         parts.append(
             f'<circle class="dot s{index}" cx="{at:.1f}" cy="{_y(each.share or 0.0):.1f}" r="5">'
             f"<title>{title}</title></circle>"
@@ -146,9 +155,9 @@ def _curve(points: Sequence[tuple[float, TrialSummary]], x: Callable[[float], fl
     return "".join(parts)
 
 
-def _legend(names: Sequence[str], *, has_bars: bool) -> str:
+def _legend(names: Sequence[str], quantity: str, *, has_bars: bool) -> str:
     """Return the legend; the last entry explains the marks."""
     swatch = '<svg viewBox="0 0 16 12"><rect class="dot s{}" y="4" width="16" height="4"/></svg>'
     marks = [f"<span>{swatch.format(index)}{escape(name)}</span>" for index, name in enumerate(names)]
-    words = f"dots: share of the attainable points{'; bars: 95 % interval' if has_bars else ''}"
+    words = f"dots: {quantity}{'; bars: 95 % interval' if has_bars else ''}"
     return f'<p class="key">{"".join(marks)}<span>{words}</span></p>'

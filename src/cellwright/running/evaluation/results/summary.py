@@ -10,6 +10,7 @@ from statistics import fmean
 from typing import Any
 
 from cellwright.running.evaluation.plan.job import repeated_key
+from cellwright.running.evaluation.results.infrastructure import InfrastructureLoss
 from cellwright.running.evaluation.results.intervals import Interval, rate_interval, score_interval
 from cellwright.running.evaluation.results.measures import MEASURES, Statistic, parts, statistics
 from cellwright.running.evaluation.results.result import Result
@@ -80,6 +81,12 @@ def shortcoming(result: Result, threshold: Threshold | None) -> str:
 def scored(results: Iterable[Result]) -> list[Result]:
     """Return the runs that had points to earn: these alone count in shares, intervals and passes."""
     return [result for result in results if result.is_scored]
+
+
+def are_tasks(results: Iterable[Result]) -> bool:
+    """Return whether each trial has a task: the share of its points is then a rate of success."""
+    groups = by_trial(results).values()
+    return bool(groups) and all(any(each.success is not None for each in group) for group in groups)
 
 
 def mean_share(results: Iterable[Result]) -> float | None:
@@ -159,6 +166,7 @@ class TrialSummary:
         passed_interval: 95 % interval of their share of the runs.
         measures: time and placement, by the name of the measure.
         overrides: values that replaced those of the trial's files, as YAML texts by key.
+        is_task: True if a run earns its only point by the success of its task; then a share is a rate of success.
     """
 
     trial: str
@@ -179,6 +187,7 @@ class TrialSummary:
     measures: Mapping[str, Statistic]
     real_time_factor: float
     overrides: Mapping[str, str]
+    is_task: bool = False
 
 
 def summarize(results: Iterable[Result], threshold: Threshold | None = None) -> list[TrialSummary]:
@@ -216,6 +225,7 @@ def _summary(trial: str, group: Sequence[Result], threshold: Threshold | None) -
         measures=statistics(group, are_sample=is_sample),
         real_time_factor=real_time_factor(group),
         overrides=group[0].overrides,
+        is_task=are_tasks(group),
     )
 
 
@@ -318,9 +328,13 @@ def worst_first(results: Iterable[Result]) -> list[Result]:
 
 
 def summary_document(
-    results: Sequence[Result], threshold: Threshold | None, status: int, repeats: Sequence[Repeat] = ()
+    results: Sequence[Result],
+    threshold: Threshold | None,
+    status: int,
+    repeats: Sequence[Repeat] = (),
+    lost: Sequence[InfrastructureLoss] = (),
 ) -> dict[str, Any]:
-    """Return all results as JSON values, for programs; times in s."""
+    """Return all results as JSON values, for programs; times in s. Runs that are `lost` count in no figure."""
     return {
         "exit_status": status,
         "min_score": None if threshold is None else str(threshold),
@@ -331,6 +345,7 @@ def summary_document(
         "share": mean_share(results),
         "share_interval": share_interval(results),
         "versions": versions(),
+        "infrastructure": [asdict(each) for each in lost],
         "repeats": [repeat.as_json() for repeat in repeats],
         "trials": [asdict(summary) for summary in summarize(results, threshold)],
         "results": [_run(result, threshold) for result in results],

@@ -130,7 +130,9 @@ def test_run_that_is_killed_at_every_start_is_a_fault_and_no_verdict(start: Star
     jobs = jobs_of("Killed")
     evaluation, store = start(jobs)
     assert not evaluation.run(jobs)
-    assert evaluation.unjudged == ["tiny seed 1: killed by SIGKILL from outside; no result after 3 starts"]
+    assert [each.line for each in evaluation.lost] == [
+        "tiny seed 1: killed by SIGKILL from outside; no result after 3 starts"
+    ]
     assert len(list(marks.iterdir())) == 3
     assert not store.results
 
