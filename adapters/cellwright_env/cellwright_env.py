@@ -65,6 +65,7 @@ class RemoteEnv:
         rate: control periods in a second [Hz].
         control: `absolute` or `delta`.
         cameras: names of the cameras whose pictures are observed.
+        privileged: whether `environment_state` is observed, which no real sensor tells.
 
     Attributes:
         description: description of the environment by its server: names, units and bounds of actions, and observations.
@@ -86,6 +87,7 @@ class RemoteEnv:
         rate: float = 20.0,
         control: str = "absolute",
         cameras: Sequence[str] = (),
+        privileged: bool = True,
     ) -> None:
         self._timeout = timeout
         self._process: subprocess.Popen[bytes] | None = None
@@ -97,6 +99,7 @@ class RemoteEnv:
                 hello["task"] = None
                 arguments = [task, f"--rate={rate!r}", f"--control={control}"]
                 arguments += [f"--cameras={','.join(cameras)}"] if cameras else []
+                arguments += [] if privileged else ["--no-privileged"]
                 address = self._started(python or sys.executable, arguments)
             self._connection = _connected(address, timeout)
             self._describe(self._ask(hello))

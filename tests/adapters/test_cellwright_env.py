@@ -140,6 +140,13 @@ def test_a_server_that_cannot_be_started_says_why() -> None:
 
 
 @pytest.mark.slow
+def test_a_server_of_its_own_leaves_out_the_privileged_state() -> None:
+    with RemoteEnv(TASK, privileged=False) as env:
+        observation, _ = env.reset(seed=5)
+    assert list(observation) == ["agent_pos"]
+
+
+@pytest.mark.slow
 def test_numpy_and_websockets_are_enough_and_the_server_ends_with_its_program(tmp_path: Path) -> None:
     packages = tmp_path / "packages"
     packages.mkdir()

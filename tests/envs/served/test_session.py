@@ -115,6 +115,12 @@ def test_hello_of_changes_has_no_units_and_its_cameras() -> None:
     assert said["observation"]["pixels"]["overhead"]["dtype"] == "uint8"
 
 
+def test_without_privileged_state_no_task_has_it() -> None:
+    other = next(each for each in bundled_tasks() if each != TASK)
+    with closing(EnvSession(load_trial(TASK), privileged=False)) as session:
+        assert [list(ask(session, "hello", task=each)["observation"]) for each in (TASK, other)] == [["agent_pos"]] * 2
+
+
 def test_a_client_chooses_another_task_by_its_name_alone(session: EnvSession) -> None:
     other = next(each for each in bundled_tasks() if each != TASK)
     ask(session, "reset", seed=1)

@@ -28,6 +28,9 @@ def serve(
     cameras: Annotated[
         str | None, option("NAMES", "Colour cameras whose pictures are observed, such as `front,wrist`.", SIMULATION)
     ] = None,
+    no_privileged: Annotated[
+        bool, flag("--no-privileged", "Leave out `environment_state`, which no real sensor tells.", SIMULATION)
+    ] = False,
     host: Annotated[str, option("HOST", "Address to listen on.", NETWORK)] = LOOPBACK,
     port: Annotated[int, option("N", "Port to listen on; 0 takes a free one.", NETWORK)] = 0,
     exit_with_stdin: Annotated[
@@ -49,7 +52,13 @@ def serve(
     from cellwright import envs  # slow to load; without the extra `gym`, the error says so
 
     names = [] if cameras is None else [each.strip() for each in cameras.split(",")]
-    session = envs.EnvSession(trial, rate=rate, control=control, cameras=names)  # type: ignore[arg-type]  # it checks
+    session = envs.EnvSession(
+        trial,
+        rate=rate,
+        control=control,  # type: ignore[arg-type]  # it checks
+        cameras=names,
+        privileged=not no_privileged,
+    )
 
     def start() -> "EnvServer":
         server = envs.EnvServer(session, host, port)

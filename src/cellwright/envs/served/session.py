@@ -57,9 +57,16 @@ class EnvSession:
     """
 
     def __init__(
-        self, trial: Trial, *, rate: float = 20.0, control: Control = "absolute", cameras: Sequence[str] = ()
+        self,
+        trial: Trial,
+        *,
+        rate: float = 20.0,
+        control: Control = "absolute",
+        cameras: Sequence[str] = (),
+        privileged: bool = True,
     ) -> None:
         self._options: dict[str, Any] = {"rate": rate, "control": control, "cameras": tuple(cameras)}
+        self._options["privileged"] = privileged
         self._given = self._trial = trial
         self._env = self._made(trial)
         self._has_begun = self._is_on = self._is_ending = False
