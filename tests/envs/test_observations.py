@@ -9,7 +9,7 @@ import pytest
 
 from cellwright import Cell, load_trial, read_pictures
 from cellwright.config.control import ControlSpace
-from cellwright.envs.observations import Observations, read_all
+from cellwright.envs.observations import Observations
 from cellwright.envs.stepper import CellStepper
 from cellwright.util.errors import UnknownNameError
 
@@ -23,7 +23,7 @@ def observations_of(*cameras: str, privileged: bool = True) -> tuple[Observation
 def test_observations_are_in_their_space() -> None:
     observations, stepper = observations_of("overhead")
     with closing(stepper.cell.simulation):
-        (found,) = read_all([(observations, stepper)])
+        found = observations.ask(stepper)()
         assert observations.space.contains(found)
         assert sorted(found) == ["agent_pos", "environment_state", "pixels"]
         assert found["agent_pos"].tolist() == np.array(stepper.read(), np.float32).tolist()
@@ -34,7 +34,7 @@ def test_observations_are_in_their_space() -> None:
 
 def test_nothing_privileged_is_there_where_it_is_not_wanted() -> None:
     observations, stepper = observations_of(privileged=False)
-    (found,) = read_all([(observations, stepper)])
+    found = observations.ask(stepper)()
     assert [*found] == ["agent_pos"]
     assert observations.state_names == ()
     assert observations.space.contains(found)
@@ -43,7 +43,7 @@ def test_nothing_privileged_is_there_where_it_is_not_wanted() -> None:
 def test_reading_changes_nothing() -> None:
     observations, stepper = observations_of()
     before = stepper.cell.state_hash()
-    read_all([(observations, stepper)])
+    observations.ask(stepper)()
     assert stepper.cell.state_hash() == before
 
 

@@ -22,7 +22,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.envs.actions import Actions, Control
-from cellwright.envs.observations import Observation, Observations, read_all
+from cellwright.envs.observations import Asked, Observation, Observations
 from cellwright.envs.stepper import CellStepper
 from cellwright.rendering.views import OVERVIEW
 from cellwright.util.errors import UsageError
@@ -204,7 +204,11 @@ class CellEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     def observe(self) -> Observation:
         """Return the observation of now."""
-        return observe_all([self])[0]
+        return self.ask()()
+
+    def ask(self) -> Asked:
+        """Begin to observe what is now, and return the function that waits for the pictures and returns all of it."""
+        return self._observations.ask(self._running())
 
     def info(self) -> Info:
         """Return `is_success`, and `time`, the simulation time of the episode [s]."""
@@ -226,8 +230,3 @@ class CellEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         if self._steps < 0:
             raise UsageError("the environment has not begun an episode; call reset first")
         return self.stepper
-
-
-def observe_all(envs: Sequence[CellEnv]) -> list[Observation]:
-    """Return the observation of now of each of several environments, which share the process that draws."""
-    return read_all([(each._observations, each._running()) for each in envs])

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, TypeAlias, cast
 
 import numpy as np
 from gymnasium.spaces import Box, Dict, Space
 
-from cellwright.cell.cell import Cell
 from cellwright.config.control import ControlSpace
 from cellwright.config.sensors import PictureCameraConfig
 from cellwright.config.trial.trial import Trial
 from cellwright.envs.privileged import PrivilegedState
 from cellwright.envs.stepper import CellStepper
-from cellwright.rendering.cameras.picture_camera import PictureCamera, read_pictures
+from cellwright.rendering.cameras.picture_camera import PictureCamera, ask_pictures
 from cellwright.util.errors import UnknownNameError
 
 AGENT_POS: Final = "agent_pos"
@@ -25,6 +24,7 @@ PIXELS: Final = "pixels"
 """Pictures by camera, height × width × 3, uint8."""
 
 Observation: TypeAlias = dict[str, Any]
+Asked: TypeAlias = Callable[[], Observation]
 
 _MOST = 1e4
 """Bound of all numbers: no joint and no part of a cell is beyond it [rad; m]."""
@@ -62,31 +62,27 @@ class Observations:
             spaces[PIXELS] = Dict(pictures)
         self.space = Dict(spaces)
 
-    def numbers(self, stepper: CellStepper) -> Observation:
-        """Return the observation of now without its pictures."""
+    def ask(self, stepper: CellStepper) -> Asked:
+        """Read the numbers of now, ask for the pictures, and return the function that waits for them.
+
+        Time may go on meanwhile, in this cell too. The function returns the observation.
+
+        Raises:
+            UsageError: nothing can be drawn; the function raises it too.
+        """
+        # the process that draws works, while this one reads the numbers
+        cameras = [cast("PictureCamera", stepper.cell.sensors[each.name]) for each in self._cameras]
+        pictures = ask_pictures(cameras)
         found: Observation = {AGENT_POS: np.array(stepper.read(), np.float32)}
         if self._state is not None and self._state.names:
             found[ENVIRONMENT_STATE] = np.array(self._state.read(stepper.cell), np.float32)
-        return found
 
-    def cameras(self, cell: Cell) -> list[PictureCamera]:
-        """Return the observed cameras of a cell."""
-        return [cast("PictureCamera", cell.sensors[each.name]) for each in self._cameras]
+        def awaited() -> Observation:
+            if cameras:
+                found[PIXELS] = {camera.name: each.colour for camera, each in zip(cameras, pictures(), strict=True)}
+            return found
 
-
-def read_all(sources: Sequence[tuple[Observations, CellStepper]]) -> list[Observation]:
-    """Return the observation of now of each of several cells; one process draws the pictures of all.
-
-    Raises:
-        UsageError: nothing can be drawn.
-    """
-    cameras = [each.cameras(stepper.cell) for each, stepper in sources]
-    pictures = iter(read_pictures([camera for each in cameras for camera in each]))
-    found = [each.numbers(stepper) for each, stepper in sources]
-    for observation, own in zip(found, cameras, strict=True):
-        if own:
-            observation[PIXELS] = {camera.name: next(pictures).colour for camera in own}
-    return found
+        return awaited
 
 
 def _camera(trial: Trial, name: str) -> PictureCameraConfig:

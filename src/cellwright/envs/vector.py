@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
-from cellwright.envs.cell_env import CellEnv, Info, observe_all
-from cellwright.envs.observations import Observation
+from cellwright.envs.cell_env import CellEnv, Info
+from cellwright.envs.observations import Asked, Observation
 from cellwright.util.errors import UsageError
 
 NEW_ROLLOUT: Final = "lerobot_new_rollout"
@@ -25,7 +25,7 @@ _MASK = "reset_mask"
 
 
 class CellVectorEnv(SyncVectorEnv):
-    """Environments of one trial, in one process, one after the other; one render process draws for all.
+    """Environments of one trial, in one process, one after the other; one render process draws for all meanwhile.
 
     The step after the end of an episode begins the next one, and ignores its action (NEXT_STEP). After a reset with the
     option `lerobot_new_rollout`, an environment whose episode is over stands still instead, until the next reset. Its
@@ -73,11 +73,13 @@ class CellVectorEnv(SyncVectorEnv):
         others = dict(options or {})
         chosen = self._chosen(others.pop(_MASK, None))
         self._freezes = bool(others.get(NEW_ROLLOUT))
+        asked: dict[int, Asked] = {}
         for number, own in zip(range(self.num_envs), self._seeds(seed), strict=True):
             if number in chosen:
                 self._cells[number].begin(seed=own, options=others)
+                asked[number] = self._cells[number].ask()
         self._ended[chosen] = self._terminations[chosen] = self._truncations[chosen] = False
-        return self._observed(chosen, chosen)
+        return self._observed(asked, chosen)
 
     def step(
         self, actions: ArrayLike
@@ -91,26 +93,26 @@ class CellVectorEnv(SyncVectorEnv):
         rows = np.asarray(actions, dtype=np.float64)
         if rows.shape != self.action_space.shape:
             raise UsageError(f"actions: must have the shape {self.action_space.shape} (got {rows.shape})")
-        changed = []
+        asked: dict[int, Asked] = {}
         self._rewards[:] = 0.0
         for number, env in enumerate(self._cells):
             if self._ended[number] and self._freezes:
                 continue
-            changed.append(number)
             terminated = truncated = False
             if self._ended[number]:
                 env.begin()
             else:
                 self._rewards[number], terminated, truncated = env.advance(rows[number])
             self._terminations[number], self._truncations[number] = terminated, truncated
+            asked[number] = env.ask()  # drawn while the next ones step
         self._ended = self._terminations | self._truncations
-        observations, infos = self._observed(changed, range(self.num_envs))
+        observations, infos = self._observed(asked, range(self.num_envs))
         return observations, self._rewards.copy(), self._terminations.copy(), self._truncations.copy(), infos
 
-    def _observed(self, changed: Sequence[int], reported: Iterable[int]) -> tuple[Observation, Info]:
-        """Return the observations of all, with those that have changed read, and the infos of those to tell of."""
-        for number, observation in zip(changed, observe_all([self._cells[each] for each in changed]), strict=True):
-            self._latest[number], self._infos[number] = observation, self._cells[number].info()
+    def _observed(self, asked: Mapping[int, Asked], reported: Iterable[int]) -> tuple[Observation, Info]:
+        """Return the observations of all, with those awaited that were asked for, and the infos of those to tell of."""
+        for number, awaited in asked.items():
+            self._latest[number], self._infos[number] = awaited(), self._cells[number].info()
         infos: Info = {}
         for number in reported:
             infos = self._add_info(infos, self._infos[number], number)

@@ -348,8 +348,7 @@ class PictureCamera(Sensor[Picture]):
 def read_pictures(cameras: Iterable[PictureCamera]) -> list[Picture]:
     """Return a picture of now from each of several cameras, of any number of cells and robots, in all their channels.
 
-    All are requested before the first one is awaited; one process draws those of all cells. A picture is equal to the
-    one that `PictureCamera.read` returns.
+    One process draws those of all cells. A picture is equal to the one that `PictureCamera.read` returns.
 
     Raises:
         UsageError: a camera is switched off, or rendering has failed in this run.
@@ -358,5 +357,14 @@ def read_pictures(cameras: Iterable[PictureCamera]) -> list[Picture]:
         >>> read_pictures([])
         []
     """
+    return ask_pictures(cameras)()
+
+
+def ask_pictures(cameras: Iterable[PictureCamera]) -> Callable[[], list[Picture]]:
+    """Ask for what `read_pictures` returns, and return the function that waits for it; time may go on meanwhile.
+
+    Raises:
+        UsageError: as of `read_pictures`, now or when they are awaited.
+    """
     exposures = [(camera, camera._expose(camera._latest_index())) for camera in cameras]
-    return [camera._finish(exposure) for camera, exposure in exposures]
+    return lambda: [camera._finish(exposure) for camera, exposure in exposures]
