@@ -101,6 +101,25 @@ def spec(**options: object) -> PolicySpec:
     return PolicySpec.of("scripted", **options)  # type: ignore[arg-type]
 
 
+class LooksBack(Scripted):
+    """A policy that wants the observation of each control period."""
+
+    def __init__(self, infer: Infer, history: int) -> None:
+        super().__init__(infer)
+        self.history, self.seen = history, 0
+
+    def see(self, observation: Mapping[str, object]) -> None:
+        assert observation.keys() == {"state", "prompt"}
+        self.seen += 1
+
+
+@pytest.mark.parametrize("history", [0, 2])
+def test_policy_that_looks_back_sees_each_period_without_a_request(history: int) -> None:
+    policy = LooksBack(raising, history)
+    run(policy, spec(chunk=4))
+    assert (len(policy.asked), policy.seen) == (5, 15 if history else 0)
+
+
 def test_no_latency_is_the_same_run_as_a_world_that_stands() -> None:
     frozen, none = run(Scripted(raising), spec(chunk=8)), run(Scripted(raising), spec(latency="0ms", chunk=8))
     assert frozen.result.state_hash == none.result.state_hash

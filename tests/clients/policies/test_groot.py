@@ -10,7 +10,13 @@ import pytest
 
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.groot import GrootPolicy
-from cellwright.clients.policies.policy import Policy, PolicyAnswerError, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.policy import (
+    LookingBack,
+    Policy,
+    PolicyAnswerError,
+    PolicyConnectionError,
+    PolicyError,
+)
 from cellwright.clients.policies.sockets import KEY_VARIABLE, TIMEOUT
 from tests.support.policy_servers import groot_server
 from tests.support.ports import free_port
@@ -83,6 +89,22 @@ def test_observation_gets_batch_and_time_and_parts_are_joined_in_order() -> None
     assert sent["language"] == {"task": [["pick"]]}
 
 
+def test_earlier_observations_are_those_of_so_many_periods_ago() -> None:
+    server = Server(get_modality_config=MODALITIES | {"video": modality(["front"], [-2, 0])})
+    with policy_at(server) as policy:
+        assert isinstance(policy, LookingBack)
+        assert policy.history == 2
+        for _ in range(2):  # a new episode knows nothing of the one before
+            policy.reset(1, "pick")
+            policy.see(OBSERVATION | {"video.front": PICTURE + 1})
+            for number in (2, 3, 4):
+                policy.infer(OBSERVATION | {"video.front": PICTURE + number})
+    sent = [each["data"]["observation"] for each in server.asked if each["endpoint"] == "get_action"]
+    assert {each["video"]["front"].shape for each in sent} == {(1, 2, 4, 6, 3)}
+    assert [each["video"]["front"][0, :, 0, 0, 0].tolist() for each in sent] == [[1, 2], [1, 3], [2, 4]] * 2
+    assert sent[0]["state"]["arm"].shape == (1, 1, 2)
+
+
 def test_wrapper_for_simulators_has_flat_keys() -> None:
     server = Server([{"action.arm": ARM, "action.hand": HAND}, {}])
     with policy_at(server, dialect="groot-sim") as policy:
@@ -131,11 +153,13 @@ def test_answer_that_is_no_chunk_names_the_server(actions: object, problem: str)
         (MODALITIES | {"state": {}}, "modality state: it must have lists modality_keys and delta_indices"),
         (MODALITIES | {"state": modality([1], [0])}, "modality state: it must have lists"),  # type: ignore[list-item]
         (
-            MODALITIES | {"video": modality(["front"], [-1, 0])},
-            r"modality video: only the present observation can be sent \(its delta_indices are \[-1, 0\]\)",
+            MODALITIES | {"video": modality(["front"], [0, 1])},
+            r"modality video: its delta_indices must be 1 to 16 whole numbers from -600 to 0 \(got \[0, 1\]\)",
         ),
+        (MODALITIES | {"language": modality(["task"], [-1, 0])}, "modality language: .* from 0 to 0"),
+        (MODALITIES | {"state": modality(["arm", "hand"], [])}, "modality state: its delta_indices must be"),
     ],
-    ids=range(5),
+    ids=range(7),
 )
 def test_modalities_that_do_not_suit_are_refused(modalities: object, problem: str) -> None:
     server = Server(get_modality_config=modalities)

@@ -54,3 +54,28 @@ def test_verification_names_the_request_that_was_changed(recorded: Path, name: s
     assert verdict.requests >= 3
     assert verdict.answer is (Answer.DIFFERENT if name else Answer.EQUAL)
     assert verdict.policy.startswith(f"request 2: {name} must be" if name else "")
+
+
+def slower(steps: Iterable[Step]) -> Iterator[Step]:
+    """Yield the steps with a longer latency in all reports, as its rules make them: nothing was run with it."""
+    for step in steps:
+        if isinstance(step, Command) and step.name == TOPIC:
+            document = json.loads(step.message().data)
+            if rules := document.get("rules"):
+                rules["latency"] = "110ms"
+            if request := document.get("request"):
+                ready = request["observed"] + 55
+                first = -(-ready // 25) * 25
+                index = (first - request["observed"]) // 25
+                request |= {"latency": 55, "ready": ready, "first": first, "index": index}
+            step = replace(step, data=TYPES.to_cdr(String(json.dumps(document))))
+        yield step
+
+
+def test_latency_that_was_edited_and_not_run_fails_by_its_commands(recorded: Path) -> None:
+    with RecordingFile(recorded) as recording, rebuild(recording) as rebuilt:
+        verdict = verify(rebuilt, slower(recorded_steps(recording)), result=recording.end)
+    assert verdict.answer is Answer.DIFFERENT
+    assert verdict.hashes > 0
+    assert verdict.different is verdict.moved is None
+    assert verdict.policy == "request 0: no action acts at tick 50 (got a command)"

@@ -21,7 +21,7 @@ from cellwright.clients.policies.key_map import Cell, KeyMap, default_map
 from cellwright.clients.policies.latency import WARM_UP, Latency, in_ticks
 from cellwright.clients.policies.map_reader import load_map, map_of_text
 from cellwright.clients.policies.observer import Observer, digest_of
-from cellwright.clients.policies.policy import Answer, Policy, PolicyAnswerError
+from cellwright.clients.policies.policy import Answer, LookingBack, Policy, PolicyAnswerError
 from cellwright.clients.policies.recorded import RecordedPolicy
 from cellwright.clients.policies.report import MAX_NUMBERS, MAX_REPLY, TOPIC, RequestReport, Rules, encoded_actions
 from cellwright.clients.policies.schedule import Request
@@ -137,9 +137,12 @@ class _Episode:
         self._commands.begin(values)
         client.publish(TOPIC, String(rules.encode()))
         instant = 0
+        looking_back = self._policy if isinstance(self._policy, LookingBack) and self._policy.history else None
         while client.competition_state != "done":
             if schedule.is_due(instant):
                 self._ask(instant, begin)
+            elif looking_back is not None:
+                looking_back.see(self._observer.observation())
             if (chosen := schedule.choose(instant)) is not None:
                 action = self._answers[chosen.request].actions[chosen.place]
                 try:

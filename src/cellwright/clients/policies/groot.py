@@ -1,6 +1,7 @@
 """Policies of GR00T's servers, over ZeroMQ (Isaac-GR00T@38624df)."""
 
 import time
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Unpack
@@ -11,12 +12,16 @@ import zmq
 from cellwright.clients.policies.array_forms import MAX_BYTES, NPY
 from cellwright.clients.policies.codec import pack, unpack
 from cellwright.clients.policies.dialects import GROOT_DIALECTS, GROOT_MODALITIES
-from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError
+from cellwright.clients.policies.policy import PolicyAnswerError, PolicyConnectionError, PolicyError
 from cellwright.clients.policies.server_policy import ServerPolicy, ServerSettings
 from cellwright.clients.policies.sockets import check_listens, host_and_port, late, policy_key
 from cellwright.util.errors import MessageError, one_printable_line
 
 _PORT = 5555
+MAX_HISTORY = 600
+"""Most control periods that a policy may look back."""
+MAX_FRAMES = 16
+"""Most observations that a policy may want at once."""
 
 
 class GrootPolicy(ServerPolicy):
@@ -25,6 +30,9 @@ class GrootPolicy(ServerPolicy):
     An observation has pictures as `video.NAME` (H, W, 3) uint8, numbers as `state.NAME` (D,), and text as
     `language.NAME`; or the same in mappings `video`, `state` and `language`. The axes of batch and time are added here.
 
+    A policy may want earlier observations too, such as `delta_indices` of `[-15, 0]`, counted in control periods. They
+    are those that were given to `see` and `infer` since the episode began; before the first one, that is repeated.
+
     Args:
         address: `tcp://HOST:PORT`; the port is 5555 if it is left out.
         settings: as of `ServerPolicy`; the dialect is `groot` or `groot-sim`, and the former without one. Without keys
@@ -32,11 +40,12 @@ class GrootPolicy(ServerPolicy):
 
     Attributes:
         metadata: the modalities, each with its `modality_keys` and `delta_indices`.
+        history: how many control periods back it looks; if any, `see` wants each observation without a request.
 
     Raises:
         PolicyError: an address that is none, or an unknown dialect.
         PolicyConnectionError: no server listens, or answers in time.
-        PolicyAnswerError: it is no server of GR00T, or its policy wants earlier observations as well.
+        PolicyAnswerError: it is no server of GR00T, or its policy wants observations that there are not.
     """
 
     wire, dialects = "tcp", GROOT_DIALECTS
@@ -48,6 +57,9 @@ class GrootPolicy(ServerPolicy):
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
         self._peer = f"tcp://{f'[{host}]' if ':' in host else host}:{port}"
+        self.history = 0
+        self._steps: dict[str, list[int]] = {}
+        self._seen: deque[dict[str, dict[str, object]]] = deque(maxlen=1)
         try:
             check_listens(address, host, port, self.timeout)  # a socket of ZeroMQ waits for a server for ever
             self._call("ping")
@@ -58,7 +70,19 @@ class GrootPolicy(ServerPolicy):
 
     def reset(self, seed: int, sentence: str) -> None:  # noqa: ARG002 - the policy knows no seed
         """Begin an episode; see `Policy.reset`."""
+        self._seen.clear()
         self._call("reset", {"options": None})
+
+    def see(self, observation: Mapping[str, object]) -> None:
+        """Take note of the observation of a control period without a request.
+
+        Raises:
+            PolicyError: a name that no policy of GR00T has.
+        """
+        try:
+            self._seen.append(_by_modality(observation))
+        except MessageError as error:
+            raise PolicyError(f"observation: {error}") from None
 
     def close(self) -> None:
         """Close the connection; the server goes on."""
@@ -66,7 +90,8 @@ class GrootPolicy(ServerPolicy):
         self._context.destroy(linger=0)
 
     def _request(self, observation: Mapping[str, object]) -> tuple[bytes, bytes]:
-        sent = self._batched(observation)
+        self.see(observation)
+        sent = self._batched()
         return pack(sent, NPY), _packed_request("get_action", {"observation": sent, "options": None})
 
     def _exchange(self, request: bytes) -> tuple[bytes, float]:
@@ -92,23 +117,22 @@ class GrootPolicy(ServerPolicy):
             parts = {key.removeprefix("action."): value for key, value in parts.items()}
         return parts, info, {"info": info}
 
-    def _batched(self, observation: Mapping[str, object]) -> dict[str, object]:
-        """Return an observation as the server wants it, with the axes of batch and time."""
-        found: dict[str, dict[str, object]] = {each: {} for each in GROOT_MODALITIES}
-        for key, value in observation.items():
-            modality, _, name = key.partition(".")
-            values = {name: value} if name else value
-            if modality not in found or not isinstance(values, Mapping):
-                raise MessageError(f"{key}: a key must be video.NAME, state.NAME or language.NAME; map the names")
-            found[modality].update(values)
+    def _batched(self) -> dict[str, object]:
+        """Return the newest observation as the server wants it, with the axes of batch and time."""
         batched = {
-            modality: {name: self._with_axes(modality, name, value) for name, value in values.items()}
-            for modality, values in found.items()
+            modality: {name: self._over_time(modality, name) for name in values}
+            for modality, values in self._seen[-1].items()
         }
         if not self._flat:
             return dict(batched)
         flat = {f"{each}.{name}": value for each in ("video", "state") for name, value in batched[each].items()}
         return flat | batched["language"]
+
+    def _over_time(self, modality: str, name: str) -> Any:
+        last, steps = len(self._seen) - 1, self._steps.get(modality, [0])
+        seen = (self._seen[max(0, last + step)][modality].get(name) for step in steps)
+        values: list[Any] = [self._with_axes(modality, name, value) for value in seen]
+        return values[0] if modality == "language" else np.concatenate(values, axis=1)
 
     def _with_axes(self, modality: str, name: str, value: object) -> object:
         place = f"{modality}.{name}"
@@ -126,13 +150,16 @@ class GrootPolicy(ServerPolicy):
         return array.astype(np.float32).reshape(1, 1, -1)
 
     def _read_modalities(self, reply: object) -> None:
-        """Take the modalities over; refuse a policy that wants more than the present observation."""
+        """Take the modalities over."""
         fields = reply if isinstance(reply, dict) else {}
         with self._placed():
             modalities = {name: _modality(name, each) for name, each in fields.items()}
             if missing := {"video", "state", "action"} - modalities.keys():
                 raise PolicyAnswerError(f"no policy of GR00T: it has no modality {', '.join(sorted(missing))}")
         self.metadata = modalities
+        self._steps = {name: modalities[name]["delta_indices"] for name in GROOT_MODALITIES if name in modalities}
+        self.history = -min(min(steps) for steps in self._steps.values())
+        self._seen = deque(maxlen=self.history + 1)
         if not self._actions.keys:
             self._actions = replace(self._actions, keys=tuple(modalities["action"]["modality_keys"]))
 
@@ -165,7 +192,7 @@ def _modality(name: str, described: object) -> dict[str, Any]:
     """Return a modality as the server describes it.
 
     Raises:
-        PolicyAnswerError: it is none, or one of earlier observations too.
+        PolicyAnswerError: it is none, or one of observations that there are not.
     """
     fields = described.get("as_json") if isinstance(described, dict) else None
     keys, steps = (
@@ -174,12 +201,31 @@ def _modality(name: str, described: object) -> dict[str, Any]:
     listed = isinstance(keys, list) and isinstance(steps, list)
     if not isinstance(fields, dict) or not listed or not all(isinstance(each, str) for each in keys or ()):
         raise PolicyAnswerError(f"modality {name}: it must have lists modality_keys and delta_indices")
-    if name in GROOT_MODALITIES and steps != [0]:
+    earliest = 0 if name == "language" else -MAX_HISTORY
+    if name in GROOT_MODALITIES and not (
+        steps and all(type(step) is int and earliest <= step <= 0 for step in steps) and len(steps) <= MAX_FRAMES
+    ):
         raise PolicyAnswerError(
-            f"modality {name}: only the present observation can be sent (its delta_indices are {steps}); "
-            "serve a policy with [0]"
+            f"modality {name}: its delta_indices must be 1 to {MAX_FRAMES} whole numbers from {earliest} to 0 "
+            f"(got {steps})"
         )
     return fields
+
+
+def _by_modality(observation: Mapping[str, object]) -> dict[str, dict[str, object]]:
+    """Return the values of an observation by modality and name.
+
+    Raises:
+        MessageError: a name that no policy of GR00T has.
+    """
+    found: dict[str, dict[str, object]] = {each: {} for each in GROOT_MODALITIES}
+    for key, value in observation.items():
+        modality, _, name = key.partition(".")
+        values = {name: value} if name else value
+        if modality not in found or not isinstance(values, Mapping):
+            raise MessageError(f"{key}: a key must be video.NAME, state.NAME or language.NAME; map the names")
+        found[modality].update(values)
+    return found
 
 
 def _packed_request(endpoint: str, data: Mapping[str, object] | None) -> bytes:

@@ -78,3 +78,17 @@ class Policy(Protocol):
 
     def close(self) -> None:
         """Release everything; a second call does nothing."""
+
+
+@runtime_checkable
+class LookingBack(Protocol):
+    """A policy that wants earlier observations too.
+
+    Attributes:
+        history: how many control periods it looks back; 0: none.
+    """
+
+    history: int
+
+    def see(self, observation: Mapping[str, object]) -> None:
+        """Take note of the observation of a control period without a request."""

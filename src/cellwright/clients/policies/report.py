@@ -165,18 +165,41 @@ def decode_report(text: str) -> Rules | RequestReport:
 class ReportCheck:
     """Check of the reports of an episode, in their order: whether each request is the one that the rules make.
 
+    Args:
+        has_commands: True if `action` is called at each instant with a command, and an action without one is a fault.
+
     Attributes:
         requests: number of requests so far.
         fault: the first fault, in a line that names the request; empty if there is none.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, has_commands: bool = False) -> None:
         self.requests = 0
         self.fault = ""
         self._rules: Rules | None = None
         self._schedule: Schedule | None = None
         self._latencies: Source | None = None
         self._instant = 0
+        self._has_commands = has_commands
+        self._answers: dict[int, NDArray[np.float64]] = {}
+
+    def action(self, instant: int) -> tuple[int, NDArray[np.float64]] | None:
+        """Return the request and its action, shape (D,), that act from an instant on; None if the robot holds then.
+
+        Raises:
+            UsageError: by the reports so far, there is no such instant, or another request or command comes before.
+        """
+        schedule = self._schedule
+        while schedule is not None and self._instant <= instant:
+            at = self._instant
+            if schedule.is_due(at):
+                raise UsageError(f"request {schedule.requests}: must be made at tick {at} by the rules (got none)")
+            if at == instant:
+                self._instant += schedule.period
+                chosen = schedule.choose(at)
+                return None if chosen is None else (chosen.request, self._answers[chosen.request][chosen.place])
+            self._pass(schedule)
+        raise UsageError(f"request {self.requests}: no command may come at tick {instant} by the rules")
 
     def take(self, text: str) -> None:
         """Check a report; after a fault nothing more is checked."""
@@ -203,7 +226,7 @@ class ReportCheck:
             raise UsageError(f"request {report.number}: comes before the rules")
         self._differs(report, "number", schedule.requests)
         while not schedule.is_due(self._instant):
-            self._instant += schedule.period
+            self._pass(schedule)
         self._differs(report, "observed", self._instant)
         if self._latencies is not None:
             self._differs(report, "latency", in_ticks(self._latencies(report), rules.tick))
@@ -211,7 +234,17 @@ class ReportCheck:
         self._differs(report, "ready", request.observed + request.latency)
         self._differs(report, "first", request.first)
         self._differs(report, "index", request.index)
-        report.matrix()
+        kept = {each.number for each in (schedule.acting, schedule.coming) if each is not None}
+        self._answers = {each: known for each, known in self._answers.items() if each in kept}
+        self._answers[report.number] = report.matrix()
+
+    def _pass(self, schedule: Schedule) -> None:
+        """Pass an instant that has no command."""
+        at = self._instant
+        self._instant += schedule.period
+        chosen = schedule.choose(at)
+        if chosen is not None and self._has_commands:
+            raise UsageError(f"request {chosen.request}: action {chosen.place} must act at tick {at} (got no command)")
 
     def _differs(self, report: RequestReport, name: str, expected: int) -> None:
         found = getattr(report, name)

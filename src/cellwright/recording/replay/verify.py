@@ -10,14 +10,13 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.policies.report import ReportCheck
 from cellwright.engine.clock import seconds
 from cellwright.middleware.messages import TYPES
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
 from cellwright.recording.format.reader import RecordingFile, frame_bytes
-from cellwright.recording.replay.policies import report_in
+from cellwright.recording.replay.policies import EpisodeCheck
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame
@@ -183,12 +182,13 @@ def verify(
         on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
-    taker, check = SceneCapture.of(rebuilt.served), ReportCheck()
+    cell = rebuilt.served if isinstance(rebuilt.served, Cell) else None
+    taker, check = SceneCapture.of(rebuilt.served), EpisodeCheck(cell)
 
     def now() -> TickTime:
         return TickTime(simulation.clock.tick, simulation.now)
 
-    task = rebuilt.served.task if isinstance(rebuilt.served, Cell) else None
+    task = None if cell is None else cell.task
     watch = None if task is None else task.watch()
     begun, verdict = time.perf_counter(), VerificationResult(now(), now())
     try:
@@ -201,8 +201,7 @@ def verify(
                 case Command():
                     verdict.commands += 1
                     rebuilt.carry_out(step)
-                    if report := report_in(step):
-                        check.take(report)
+                    check.take(step)
                 case HashPoint():
                     if simulation.state_hash() != step.hash:
                         verdict.different = now()
@@ -224,8 +223,8 @@ def verify(
         watch.cancel()
     recorded, succeeded = (result or {}).get("score"), (result or {}).get("success")
     is_whole = verdict.different is None and not verdict.fault
-    if is_whole and isinstance(rebuilt.served, Cell) and isinstance(recorded, int | float):
-        verdict.points, verdict.recorded_points = rebuilt.served.competition.score().total, recorded
+    if is_whole and cell is not None and isinstance(recorded, int | float):
+        verdict.points, verdict.recorded_points = cell.competition.score().total, recorded
     if is_whole and task is not None and isinstance(succeeded, bool):
         verdict.success, verdict.recorded_success = task.succeeded_at is not None, succeeded
     verdict.reached, verdict.wall = now(), time.perf_counter() - begun
