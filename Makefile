@@ -97,7 +97,7 @@ HOURS ?= 10
 soak: .venv/.installed
 	$(BIN)/python -m benchmarks.soak --hours $(HOURS) --picture soak.svg
 
-# Is every bundled trial's state hash, worked by kitter, what tests/data/state_hashes.json says?
+# Are the state hashes of all bundled trials and tasks what tests/data/state_hashes.json says?
 hashes: .venv/.installed
 	$(BIN)/python -m tests.state_hashes
 

@@ -1,4 +1,6 @@
-"""State hashes of the bundled trials worked by `kitter`: refactoring leaves each as it is.
+"""State hashes of the bundled trials and tasks worked by `kitter`: refactoring leaves each as it is.
+
+In tasks of a robot, which `kitter` does not work, its joints sway.
 
 `python -m tests.state_hashes` runs all trials, or the named ones, and compares them with the file; with `--write`, it
 writes the file. Beside each hash the file has a digest of the motion: positions and velocities of all joints alone, by
@@ -12,14 +14,18 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from cellwright import Cell, load_trial
 from cellwright.clients.agents.agent import find_agent
-from cellwright.config.trial.catalogue import bundled, find_trial
+from cellwright.config.trial.catalogue import bundled, bundled_tasks, find_trial
+from cellwright.envs.stepper import CellStepper
 from cellwright.running.run import RunOptions, run_cell
 
 FILE = Path(__file__).parent / "data" / "state_hashes.json"
 UNTIL = 600.0  # [s]
+SWAYS = 60
+"""Control periods of 50 ms in which a robot sways."""
 
 _SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
 """Numbers of a joint in `qpos` and in `qvel`, if they are not one."""
@@ -46,9 +52,11 @@ def motion(cell: Cell) -> str:
 
 
 def measured(trial: str) -> dict[str, object]:
-    """Return outcome, points, state hash and motion of `kitter` in a bundled trial (those of 2017 with its sensors)."""
-    sensors = [] if trial == "lesson" else [find_trial("kitter_sensors")]
+    """Return outcome, points, state hash and motion of a bundled trial; those of 2017 get sensors of `kitter`."""
+    sensors = [] if trial in ("lesson", *bundled_tasks()) else [find_trial("kitter_sensors")]
     cell = Cell(load_trial(find_trial(trial), *sensors))
+    if not cell.trial.arms:
+        return _swayed(cell)
     result = run_cell(cell, find_agent("kitter")(), RunOptions(until=UNTIL))
     return {
         "outcome": str(result.outcome),
@@ -56,6 +64,15 @@ def measured(trial: str) -> dict[str, object]:
         "state_hash": result.state_hash,
         "motion": motion(cell),
     }
+
+
+def _swayed(cell: Cell) -> dict[str, object]:
+    stepper = CellStepper(cell)
+    first = np.array(stepper.read())
+    for step in range(SWAYS):
+        stepper.step(first + 0.2 * np.sin(0.3 * step + np.arange(len(first))))
+    score = float(cell.competition.score().total)
+    return {"outcome": "swayed", "points": score, "state_hash": cell.state_hash(), "motion": motion(cell)}
 
 
 def verdict(found: dict[str, object], expected: dict[str, object] | None) -> str:
@@ -68,7 +85,7 @@ def verdict(found: dict[str, object], expected: dict[str, object] | None) -> str
 
 def main(arguments: list[str]) -> int:
     """Run trials on two cores; return 1 if one differs."""
-    trials = [trial for trial in arguments if not trial.startswith("-")] or list(bundled())
+    trials = [trial for trial in arguments if not trial.startswith("-")] or [*bundled(), *bundled_tasks()]
     found: dict[str, dict[str, object]] = {}
     with ProcessPoolExecutor(2) as pool:
         for trial, figures in zip(trials, pool.map(measured, trials), strict=True):

@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.layout.layout import Layout
-from cellwright.config.trial.catalogue import bundled, find_trial
+from cellwright.config.trial.catalogue import bundled, bundled_tasks, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose
 from tests.state_hashes import kept, measured, motion, verdict
@@ -28,7 +28,7 @@ def moving(layout: Layout = LAYOUT) -> Cell:
 
 
 def test_each_bundled_trial_has_hash_and_digest_of_motion() -> None:
-    assert set(kept()) == set(bundled())
+    assert set(kept()) == {*bundled(), *bundled_tasks()}
     for figures in kept().values():
         assert {name: type(value) for name, value in figures.items()} == {
             name: type(value) for name, value in RESULT.items()
@@ -36,8 +36,9 @@ def test_each_bundled_trial_has_hash_and_digest_of_motion() -> None:
 
 
 @pytest.mark.slow
-def test_lesson_has_kept_hash_and_motion() -> None:
-    assert measured("lesson") == kept()["lesson"]
+@pytest.mark.parametrize("trial", ["lesson", "pick_from_bin", "hand_over"])
+def test_trial_has_kept_hash_and_motion(trial: str) -> None:
+    assert measured(trial) == kept()[trial]
 
 
 def test_cell_that_is_based_on_that_of_2017_alone_is_that_cell_to_the_bit(tmp_path: Path) -> None:

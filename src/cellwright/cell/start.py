@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from operator import index
 
+import numpy as np
+
 from cellwright.cell.variation import Bounds, vary
 from cellwright.config.layout.arm_models import home_of, joints_of
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Limits
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
@@ -118,8 +121,23 @@ def _begun(trial: Trial, seed: int) -> Trial:
             key = arm.start_prefix + name
             position = found.get(key, usual) + begin.jitter * float(chance.uniform(-1.0, 1.0))
             found[key] = min(max(position, limits[key].lower), limits[key].upper)
+    robots = {
+        robot.name: _shifted(trial.robot_models[robot.name], begin.jitter, chance)
+        for robot in (trial.layout.robots if begin.jitter else ())
+    }
     task = replace(trial.task, start=replace(begin, joints={}, jitter=0.0))
-    return replace(trial, initial_joint_states=found, task=task)
+    return replace(trial, initial_joint_states=found, robot_starts=robots, task=task)
+
+
+def _shifted(config: RobotConfig, jitter: float, chance: np.random.Generator) -> dict[str, float]:
+    """Return positions of the joints of a robot's arms, shifted from those in which a run usually begins."""
+    found = {}
+    for name, usual in config.start.items():
+        joint = config.robot.joint(name)
+        if joint.mimic is None:
+            position = usual + jitter * float(chance.uniform(-1.0, 1.0))
+            found[name] = min(max(position, joint.limits.lower), joint.limits.upper)
+    return found
 
 
 def _checked_seed(seed: int) -> int:

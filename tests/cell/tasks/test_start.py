@@ -1,10 +1,14 @@
 """Start of a task: posture, held part, and the competition that starts without a client."""
 
+from dataclasses import replace
+
 import pytest
 
 from cellwright import Cell
 from cellwright.clients.client.client import Client
+from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.task import TaskStart
 from tests.cell.tasks.cells import go, task_cell, trial
 
 LIFT = "{held: {part: gear_part, lifted: 0.1}}"
@@ -74,6 +78,26 @@ def test_jitter_stays_within_the_limits() -> None:
     found = [positions(Cell(written, seed=seed))["linear_arm_actuator_joint"] for seed in range(4)]
     assert max(found) == upper
     assert min(found) < upper
+
+
+def robot_positions(cell: Cell) -> dict[str, float]:
+    commander = cell.robots["qinglong"].commander
+    return {name: float(commander.measured()[number]) for name, number in commander.numbers.items()}
+
+
+def test_jitter_shifts_the_arms_of_a_robot_by_the_seed() -> None:
+    written = load_trial([find_trial("reach")]).trial
+    assert written.task is not None
+    usual = robot_positions(Cell(replace(written, task=replace(written.task, start=TaskStart()))))
+    cell = Cell(written, seed=3)
+    first = robot_positions(cell)
+    shifts = {name: abs(first[name] - usual[name]) for name in usual if first[name] != usual[name]}
+    assert shifts.keys() == written.robot_models["qinglong"].start.keys()
+    assert max(shifts.values()) <= 0.05
+    cell.reset(seed=4)
+    assert robot_positions(cell) == robot_positions(Cell(written, seed=4)) != first
+    cell.reset(seed=3)
+    assert robot_positions(cell) == first
 
 
 def test_reset_begins_as_a_new_cell() -> None:

@@ -150,8 +150,8 @@ def test_faulty_condition_needs_a_faulty_part() -> None:
 
 def test_start_of_an_arm_needs_one() -> None:
     base = AT_BIN
-    assert "start.jitter: the cell has no arm; leave it out" in refusal(
-        "{link_at: {robot: tandem, link: right_tip, at: [0, 0, 1]}}", "  start: {jitter: 0.1}", base
+    assert "start.joints: the cell has no arm; leave it out" in refusal(
+        "{link_at: {robot: tandem, link: right_tip, at: [0, 0, 1]}}", "  start: {joints: {a: 0.1}}", base
     )
     assert "nothing in the cell can hold a part" in refusal("{held: {part: gear_part}}", base=base)
     assert "link_at.link: the cell has no link 'right_tp'; did you mean right_tip" in refusal(

@@ -49,5 +49,7 @@ def first_positions(trial: Trial) -> dict[str, float]:
     return {
         f"{robot.prefix}{name}": position
         for robot in trial.layout.robots
-        for name, position in initial_posture(trial.robot_models[robot.name]).items()
+        for name, position in initial_posture(
+            trial.robot_models[robot.name], trial.robot_starts.get(robot.name, {})
+        ).items()
     }

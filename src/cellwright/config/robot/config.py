@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from cellwright.config.robot.model import Joint, RobotModel, position_of
@@ -159,13 +160,13 @@ class RobotConfig:
         return found
 
 
-def initial_posture(config: RobotConfig) -> dict[str, float]:
-    """Return the posture in which a run begins [rad; m], by joint.
+def initial_posture(config: RobotConfig, start: Mapping[str, float] = MappingProxyType({})) -> dict[str, float]:
+    """Return the posture in which a run begins [rad; m], by joint; joints in `start` begin there.
 
     A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
     command makes it jump. Mimic joints start where they follow their leader.
     """
-    robot, positions = config.robot, dict(config.start)
+    robot, positions = config.robot, {**config.start, **start}
     leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
     for joint in leaders_first:
         if joint.name not in positions:

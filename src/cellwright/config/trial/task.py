@@ -120,7 +120,8 @@ class TaskStart:
 
     Attributes:
         joints: positions of arm joints [rad; m for the rail], by name.
-        jitter: greatest shift of each arm joint from there [rad; m for the rail], drawn from the seed's own stream.
+        jitter: greatest shift of each joint of an arm, also a robot's, from there [rad; m], drawn from the seed's own
+            stream.
         holding: type of a part that the suction cup holds as the run begins; None for none.
     """
 

@@ -194,9 +194,10 @@ class _Check:
     def start(self, start: TaskStart, table: Table) -> None:
         """Check joints and the part that is held."""
         joints = self._trial.joints
-        for name in ("joints", "jitter"):
-            if name in table.entries and not joints:
-                self._error(table.entries[name], "the cell has no arm; leave it out")
+        if "joints" in table.entries and not joints:
+            self._error(table.entries["joints"], "the cell has no arm; leave it out")
+        if "jitter" in table.entries and not (joints or self._trial.layout.robots):
+            self._error(table.entries["jitter"], "the cell has no arm and no robot; leave it out")
         written = table.get("joints")
         if joints and isinstance(written, Table):
             for name, position in start.joints.items():

@@ -196,6 +196,7 @@ class Trial:
         part_models: user-defined part types, by name.
         arm_models: models of the arms that have their own, by name.
         robot_models: configurations of the robots that are driven over their own topics, by name.
+        robot_starts: initial positions of their joints [rad; m], by robot; the usual ones for joints not named.
         furniture: further static models in the cell.
         devices: devices of plugins.
         circumstances: properties that no file states, such as friction.
@@ -233,6 +234,7 @@ class Trial:
     part_models: Mapping[str, UserModel] = field(default_factory=dict)
     arm_models: Mapping[str, ArmModel] = field(default_factory=dict)
     robot_models: Mapping[str, RobotConfig] = field(default_factory=dict)
+    robot_starts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)

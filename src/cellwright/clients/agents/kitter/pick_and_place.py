@@ -115,6 +115,13 @@ class Manipulator:
         arm.rise(max(arm.safe, z + 0.15))
         return self._kept(held)
 
+    def given(self, part_type: str) -> Held | None:
+        """Return what is on the cup before it has gripped anything, as a part of a type; None if nothing is."""
+        if not self._arm.is_holding:
+            return None
+        kind = replace(self._catalogue.figures(part_type), grip=(0.0, 0.0))  # a task begins in the middle of the top
+        return self._loaded(Held(part_type, grip_pose(kind, Pose(), 0, 0.0).inverse()))
+
     def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
         """Return whether a part at rest is in reach, and nothing in the way; arguments as for `from_rest`."""
         return self._approach(part_type, world_T_part, rail, 0) is not None

@@ -161,11 +161,8 @@ class Strategy:
                 return action
         waited = self._client.time - self._last_progress
         supply = self._worker.supply
-        hopeless = [
-            task
-            for task in kits[0].open_tasks
-            if waited > (BELT_TIMEOUT if supply.is_on_belt(task.type) else LOST_TIMEOUT)
-        ]
+        limits = ((task, BELT_TIMEOUT if supply.is_on_belt(task.type) else LOST_TIMEOUT) for task in kits[0].open_tasks)
+        hopeless = [task for task, limit in limits if waited > limit]
         if hopeless:
             for task in hopeless:
                 self._log("no %s is to be had", task.type)
@@ -174,7 +171,10 @@ class Strategy:
         return partial(self.wait_by_belt, kits)
 
     def _next_part(self, kit: KitTask) -> State | None:
-        """Return how to get the next part of a kit; None if there is none."""
+        """Return how to get the next part of a kit, first of all the one that the cup holds; None if there is none."""
+        first = kit.open_tasks[0]
+        if (held := self._hand.given(first.type)) is not None:
+            return partial(self.place, kit, first, held)
         chosen = self._choice.next_part(kit)
         if chosen is None:
             return None
