@@ -89,7 +89,7 @@ def test_observation_gets_batch_and_time_and_parts_are_joined_in_order() -> None
     assert sent["language"] == {"task": [["pick"]]}
 
 
-def test_earlier_observations_are_those_of_so_many_periods_ago() -> None:
+def test_earlier_observations_are_those_of_their_periods() -> None:
     server = Server(get_modality_config=MODALITIES | {"video": modality(["front"], [-2, 0])})
     with policy_at(server) as policy:
         assert isinstance(policy, LookingBack)
