@@ -80,7 +80,7 @@ def _times(jobs: list[Job], most: int) -> tuple[float, float]:
         problem = runner.check_agent(jobs[0].agent)
         begun = time.perf_counter()
         if problem or runner.failure or not runner.run(jobs):
-            raise UsageError(problem or runner.failure or ", ".join(runner.unjudged))
+            raise UsageError(problem or runner.failure or ", ".join(each.line for each in runner.lost))
         end = time.perf_counter()
         evaluation.refuse_failures(store)
     return begun - begin + end - ends[-1], ends[-1] - begun
