@@ -21,7 +21,8 @@ _HAZE = (18.0, 36.0)
 """Distances [m] at which floors start and end to fade; the rest is not drawn. The engine's haze is a surface, which
 would cut through a cell if it began at the ray renderer's 9 m."""
 _MAX_SAMPLES, _MAX_SIDE = 3, 8192  # along a side of a pixel; [pixels] before downscaling
-_SHADOW_SIZE = 2048  # [texels], side of the shadow map
+_SHADOW_SIZES = (128, 1024), (math.inf, 2048)
+"""Side of the shadow map [texels] of pictures up to a side [px]: without a GPU, a map takes longer than a picture."""
 _SHADOW_REACH = (2.5, 6.5)  # [m], smallest and largest, around the point from which the lamp is placed
 _CUTOFF = 80.0  # [degrees], half the lamp's opening angle; the engine's maximum
 _SKY_SIDE, _FLOOR_SIDE = 64, 512  # [texels]
@@ -55,8 +56,8 @@ class EngineRenderer:
         self._floors = self._endless & ~is_far, self._endless & is_far
         self._drawn: Any = mujoco.MjvScene(model, model.ngeom + 100)
         self._drawn.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-        self._target: Any = _make_target(model, self._floors)
-        self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        self._targets: dict[int, Any] = {}
+        self._target: Any = None
 
     def colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
         """Return a picture (height, width, 3), sRGB.
@@ -103,6 +104,7 @@ class EngineRenderer:
 
     def _place(self, frame: SceneFrame, request: PictureRequest, *, depth: bool) -> None:
         """Move the bodies and the camera to their poses."""
+        self._target = self._target_for(max(request.width, request.height))
         camera, aspect = request.camera, request.width / request.height
         turn = camera.world_R_optical
         self._scene.show(frame)
@@ -127,6 +129,15 @@ class EngineRenderer:
         self._aim(camera, turn, aspect, far)
         for flag in (mujoco.mjtRndFlag.mjRND_HAZE, mujoco.mjtRndFlag.mjRND_SKYBOX):
             self._drawn.flags[flag] = not depth
+
+    def _target_for(self, side: int) -> Any:
+        """Return the OpenGL objects for pictures of a side [px], which are made for the first one."""
+        size = next(texels for largest, texels in _SHADOW_SIZES if side <= largest)
+        if size not in self._targets:
+            self._model.vis.quality.shadowsize = size
+            self._targets[size] = target = _make_target(self._model, self._floors)
+            target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        return self._targets[size]
 
     def _is_near_view(self, camera: Camera, turn: NDArray[np.float64], aspect: float, far: float) -> NDArray[np.bool_]:
         """Return for each geom whether the sphere around it touches the pyramid that a camera sees."""
@@ -195,7 +206,7 @@ def _set_surroundings(spec: Any) -> None:
     spec.visual.map.znear, spec.visual.map.zfar = _NEAR, _FAR
     spec.visual.map.haze = 1 - _HAZE[0] / _HAZE[1]
     spec.visual.rgba.haze = (*(to_screen(HORIZON) / 255).tolist(), 1.0)
-    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = _SHADOW_SIZE, 0
+    spec.visual.quality.offsamples = 0
     for name, kind, picture in (
         ("sky", mujoco.mjtTexture.mjTEXTURE_SKYBOX, _sky()),
         ("floor", mujoco.mjtTexture.mjTEXTURE_2D, _tile()),
