@@ -366,3 +366,24 @@ def test_passive_subscription_gets_messages_and_is_not_counted(bus: Bus) -> None
     quiet.cancel()
     assert received == [String("a")]
     assert max(counts) == 1
+
+
+def test_measured_bytes_reach_no_later_listener(bus: Bus, now: list[int]) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    taken: list[bytes] = []
+    now[0] = 5
+    bus.subscribe("/state", lambda _message: None, take_cdr=taken.append)
+    assert not publisher.publish_cdr(lambda: b"old", lambda: String("old"), 5)
+    assert publisher.publish_cdr(lambda: b"new", lambda: String("new"), 6)
+    assert taken == [b"new"]
+
+
+def test_latched_bytes_leave_message_to_be_built_for_late_listener(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String", latch=True)
+    taken: list[bytes] = []
+    bus.subscribe("/state", lambda _message: None, take_cdr=taken.append)
+    assert publisher.publish_cdr(lambda: b"bytes", lambda: String("built"), 0)
+    heard: list[String] = []
+    bus.subscribe("/state", heard.append)
+    assert (taken, heard) == ([b"bytes"], [String("built")])
+    assert not publisher.publish_cdr(lambda: b"bytes", lambda: String("again"), 1)

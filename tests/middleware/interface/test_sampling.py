@@ -132,3 +132,17 @@ def test_advertised_topic_has_type_rate_and_latch_of_row(rate: int | Timing, tex
     bench.output.advertise()
     info = bench.bus.topic("/probe")
     assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/node",))
+
+
+def test_sampled_message_is_encoded_only_if_all_listeners_take_bytes() -> None:
+    bench, taken = Bench(100), list[bytes]()
+    bench.output.sample(bench.build, lambda: b"bytes")
+    bench.bus.subscribe("/probe", bench.hear, take_cdr=taken.append)
+    bench.steps(10)
+    assert (taken, bench.built, bench.heard) == ([b"bytes"] * 2, [], [])
+    other = bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(5)
+    assert (len(taken), bench.heard) == (2, [0.03, 0.03])
+    other.cancel()
+    bench.steps(5)
+    assert len(taken) == 3

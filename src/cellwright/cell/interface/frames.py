@@ -28,7 +28,7 @@ LINK_FRAMES = (
 )
 """Frames without a body that are fixed to a link of the arm."""
 
-_Link: TypeAlias = tuple[str, str, poses.Vector3, poses.Quaternion]
+Link: TypeAlias = tuple[str, str, poses.Vector3, poses.Quaternion]
 """Frame as bare numbers: that of its parent, its own, position [m] and quaternion (w, x, y, z) in its parent."""
 
 
@@ -62,22 +62,22 @@ def on_link(camera: PictureCameraConfig, trial: Trial) -> PictureCameraConfig:
     return replace(camera, frame=links_by_frame(trial.arms, trial.arm_models).get(camera.frame, camera.frame))
 
 
-def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[int], list[TransformStamped]]:
-    """Return a function that takes a time [ns], and gives the present frames of the links that the arm's joints move.
+def arm_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[Link]]:
+    """Return a function that gives the present frames of the links that the arm's joints move.
 
-    It makes the messages from bare numbers: /tf is the most expensive topic of a recording.
+    They are bare numbers: /tf is the most expensive topic of a recording.
     """
     found = []
     for arm in trial.arms:
         driven = chain_in_engine(arm, trial.arm_models).driven
         found.append(_links(simulation, [(joint.parent, joint.child) for joint in driven], arm.frame_of))
-    return lambda time: _transforms([link for read in found for link in read()], time)
+    return lambda: [link for read in found for link in read()]
 
 
-def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[int], list[TransformStamped]]:
-    """Return a function that takes a time [ns], and gives the present frames of all links and cameras of robots."""
+def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[], list[Link]]:
+    """Return a function that gives the present frames of all links and cameras of robots."""
     found = []
-    cameras: list[_Link] = []
+    cameras: list[Link] = []
     for robot in trial.layout.robots:
         for name, camera in picture_cameras(trial.robot_models[robot.name]).items():
             frame, pose = f"{robot.frame_prefix}{name}", camera.pose
@@ -86,7 +86,7 @@ def robot_frames(simulation: Simulation, trial: Trial) -> Callable[[int], list[T
         described = trial.robot_models[robot.name].robot.prefixed(robot.prefix)
         pairs = [("world", described.root), *((joint.parent, joint.child) for joint in described.joints)]
         found.append(_links(simulation, pairs, robot.frame_of))
-    return lambda time: _transforms([*(link for read in found for link in read()), *cameras], time)
+    return lambda: [*(link for read in found for link in read()), *cameras]
 
 
 def fixed_arm_frames(simulation: Simulation, trial: Trial) -> list[TfFrame]:
@@ -110,9 +110,18 @@ def link_frames(arm: Arm) -> list[TfFrame]:
     return [TfFrame(prefix + each.parent, prefix + each.child, each.pose) for each in found]
 
 
+def transforms(links: Sequence[Link], time: int) -> list[TransformStamped]:
+    """Return links as messages at a time [ns]."""
+    at = stamp(time)
+    return [
+        TransformStamped(Header(at, parent), child, Transform(Vector3(*position), Quaternion(x, y, z, w)))
+        for parent, child, position, (w, x, y, z) in links
+    ]
+
+
 def _links(
     simulation: Simulation, pairs: Sequence[tuple[str, str]], frame_of: Callable[[str], str]
-) -> Callable[[], list[_Link]]:
+) -> Callable[[], list[Link]]:
     """Return a function that computes the present frame of the second body of each pair in that of the first."""
     names = list(dict.fromkeys(name for pair in pairs for name in pair))
     shown = {name: name if name == "world" else frame_of(name) for name in names}
@@ -120,7 +129,7 @@ def _links(
     links = [(places[parent], places[child], shown[parent], shown[child]) for parent, child in pairs]
     bodies = np.array([simulation.model.body(name).id for name in names], dtype=np.intp)
 
-    def read() -> list[_Link]:
+    def read() -> list[Link]:
         simulation.refresh()
         data = simulation.data
         at, turns = data.xpos.take(bodies, 0).tolist(), data.xquat.take(bodies, 0).tolist()
@@ -132,15 +141,6 @@ def _links(
     return read
 
 
-def _frame(link: _Link) -> TfFrame:
+def _frame(link: Link) -> TfFrame:
     parent, child, position, quaternion = link
     return TfFrame(parent, child, Pose(position, quaternion))
-
-
-def _transforms(links: Sequence[_Link], time: int) -> list[TransformStamped]:
-    """Return links as messages at a time [ns]."""
-    at = stamp(time)
-    return [
-        TransformStamped(Header(at, parent), child, Transform(Vector3(*position), Quaternion(x, y, z, w)))
-        for parent, child, position, (w, x, y, z) in links
-    ]

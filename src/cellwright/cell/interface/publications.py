@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from functools import cache, partial, partialmethod
+from functools import partial, partialmethod
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,14 @@ from cellwright.cell.devices.range_sensors import (
     ProximitySensor,
 )
 from cellwright.cell.interface.devices import CellDevices, named, of_arm
+from cellwright.cell.interface.encoded import (
+    POSE_FIELDS,
+    made_once,
+    pose_numbers,
+    sample_following,
+    sample_joints,
+    sample_links,
+)
 from cellwright.cell.interface.frames import arm_frames, fixed_arm_frames, robot_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
@@ -30,17 +38,7 @@ from cellwright.config.ur10 import GRIPPER_JOINT
 from cellwright.engine.device import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message, osrf_gear
-from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
-from cellwright.middleware.messages.conversions import (
-    header,
-    joint_state,
-    pose_message,
-    single,
-    singles,
-    stamp,
-    trajectory_point,
-    transform_message,
-)
+from cellwright.middleware.messages.conversions import header, pose_message, single, singles, stamp, transform_message
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
 from cellwright.middleware.messages.standard import (
     Float32,
@@ -51,6 +49,7 @@ from cellwright.middleware.messages.standard import (
     TFMessage,
     TransformStamped,
 )
+from cellwright.middleware.messages.template import CdrTemplates
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
@@ -160,15 +159,11 @@ class CellPublications(Device):
 
     def arm_frames(self, output: Output) -> None:
         """Frames of the arm's moving links."""
-        frames = arm_frames(self._cell.simulation, self._cell.trial)
-        clock = self._cell.simulation.clock
-        output.sample(lambda: TFMessage(frames(clock.message_time())))
+        sample_links(output, arm_frames(self._cell.simulation, self._cell.trial))
 
     def robot_frames(self, output: Output) -> None:
         """Frames of links and cameras of robots; of their own, since robot_state_publisher of ROS 1 knows only arms."""
-        frames = robot_frames(self._cell.simulation, self._cell.trial)
-        clock = self._cell.simulation.clock
-        output.sample(lambda: TFMessage(frames(clock.message_time())))
+        sample_links(output, robot_frames(self._cell.simulation, self._cell.trial))
 
     def static_frames(self, output: Output) -> None:
         """Frames that never move, once in a run."""
@@ -184,7 +179,15 @@ class CellPublications(Device):
                 leave.callback(camera.listen(take))
             return leave.close
 
-        output.stream(listen, lambda reading: frames_message(reading.frames, reading.time_ns))
+        templates = CdrTemplates(output.bus.types, POSE_FIELDS)
+
+        def encode(reading: CameraReading) -> bytes:
+            frames, time = reading.frames, reading.time_ns
+            shape = tuple((each.parent, each.child) for each in frames)
+            numbers = pose_numbers([each.pose for each in frames])
+            return templates.filled(shape, lambda: frames_message(frames, time), time, numbers)
+
+        output.stream(listen, lambda reading: frames_message(reading.frames, reading.time_ns), encode=encode)
 
     def competition_state(self, output: Output) -> None:
         """State of the competition."""
@@ -238,14 +241,13 @@ class CellPublications(Device):
         fingers = self._cell.grippers.get(described.name)
         still = [[0.0] * len(extra)] * 3
 
-        def build() -> Message:
+        def columns() -> list[list[float]]:
             more = fingers.joints() if isinstance(fingers, FingerGripper) else still
-            columns = [
+            return [
                 [*(column[index] for index in order), *others] for column, others in zip(arm.read(), more, strict=True)
             ]
-            return joint_state([*names, *extra], *columns, time=clock.message_time())
 
-        output.sample(build)
+        sample_joints(output, [*names, *extra], columns, clock)
 
     def all_joint_states(self, output: Output) -> None:
         """Positions, velocities and efforts of the joints of all arms, by their names in the robot description."""
@@ -260,41 +262,35 @@ class CellPublications(Device):
             if isinstance(gripper, FingerGripper):
                 reads.append(gripper.joints)
 
-        def build() -> Message:
+        def columns() -> list[list[float]]:
             readings = [read() for read in reads]
-            columns = [[value for each in column for value in each] for column in zip(*readings, strict=True)]
-            return joint_state(names, *columns, time=clock.message_time())
+            return [[value for each in column for value in each] for column in zip(*readings, strict=True)]
 
-        output.sample(build)
+        sample_joints(output, names, columns, clock)
 
     def arm_state(self, output: Output) -> None:
         """Desired and actual state of the joints."""
-        arm = of_arm(self._cell.arms, self._cell.trial, output.row.subject)
-        clock = arm.simulation.clock
-
-        def build() -> Message:
-            points = (trajectory_point(*each) for each in arm.following())
-            return JointTrajectoryControllerState(header("", clock.message_time()), list(arm.joints), *points)
-
-        output.sample(build)
+        sample_following(output, of_arm(self._cell.arms, self._cell.trial, output.row.subject))
 
     def gripper_state(self, output: Output) -> None:
         """State of the suction or the fingers, and whether the gripper holds something."""
         gripper = of_arm(self._cell.grippers, self._cell.trial, output.row.subject)
-        make = cache(osrf_gear.VacuumGripperState)
-        output.sample(lambda: make(gripper.enabled, gripper.attached))
+        make, encode = made_once(osrf_gear.VacuumGripperState, output)
+        output.sample(
+            lambda: make(gripper.enabled, gripper.attached), lambda: encode(gripper.enabled, gripper.attached)
+        )
 
     def agv_state(self, output: Output) -> None:
         """State of an AGV or of a fixed tray."""
         sender = self._cell.senders[output.row.subject or ""]
-        make = cache(String)
-        output.sample(lambda: make(sender.state))
+        make, encode = made_once(String, output)
+        output.sample(lambda: make(sender.state), lambda: encode(sender.state))
 
     def population_state(self, output: Output) -> None:
         """State of the flow of parts onto a belt."""
         population = named(self._cell.populations, output.row.subject)
-        make = cache(osrf_gear.PopulationState)
-        output.sample(lambda: make(population.running))
+        make, encode = made_once(osrf_gear.PopulationState, output)
+        output.sample(lambda: make(population.running), lambda: encode(population.running))
 
     def _sensor(self, output: Output) -> Any:
         return self._cell.sensors[output.row.subject or ""]
@@ -304,8 +300,22 @@ class CellPublications(Device):
         output.stream(sensor.listen, lambda reading: message(reading, sensor))
 
     break_beam = partialmethod(_stream, message=beam_message)
-    proximity_sensor = partialmethod(_stream, message=range_message)
-    laser_profiler = partialmethod(_stream, message=scan_message)
+
+    def _ranges(self, output: Output, message: Callable[[Any, Any], Message], field: str) -> None:
+        """Stream the ranges of a sensor, all else in whose messages stays."""
+        sensor = self._sensor(output)
+        templates = CdrTemplates(output.bus.types, (field,))
+
+        def build(reading: Any) -> Message:
+            return message(reading, sensor)
+
+        def encode(reading: Any) -> bytes:
+            return templates.filled(None, partial(build, reading), reading.time_ns, getattr(reading, field))
+
+        output.stream(sensor.listen, build, encode=encode)
+
+    proximity_sensor = partialmethod(_ranges, message=range_message, field="range")
+    laser_profiler = partialmethod(_ranges, message=scan_message, field="ranges")
 
     def break_beam_change(self, output: Output) -> None:
         """Readings of a break beam that differ from the previous one."""
@@ -314,12 +324,22 @@ class CellPublications(Device):
 
     def logical_camera(self, output: Output) -> None:
         """Images of a logical camera."""
-        output.stream(self._sensor(output).listen, image_message, is_deferred=True)
+        self._images(output, self._sensor(output))
 
     def quality_control_image(self, output: Output) -> None:
         """Images of a quality control sensor."""
-        camera = self._cell.quality[int(output.row.subject or 0)]
-        output.stream(camera.listen, image_message, is_deferred=True)
+        self._images(output, self._cell.quality[int(output.row.subject or 0)])
+
+    def _images(self, output: Output, camera: LogicalCamera) -> None:
+        templates = CdrTemplates(output.bus.types, POSE_FIELDS)
+
+        def encode(reading: CameraReading) -> bytes:
+            seen = reading.detections
+            numbers = pose_numbers([*(each.camera_T_model for each in seen), reading.world_T_camera])
+            shape = tuple(each.type for each in seen)
+            return templates.filled(shape, partial(image_message, reading), reading.time_ns, numbers)
+
+        output.stream(camera.listen, image_message, encode=encode, is_deferred=True)
 
     def _picture(self, output: Output, message: _PictureMessage, *, colour: bool = False, depth: bool = False) -> None:
         camera = self._sensor(output)

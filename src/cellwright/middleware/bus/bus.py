@@ -153,7 +153,14 @@ class Bus:
                         subscription.callback(newest)
 
     def subscribe(
-        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, passive: bool = False
+        self,
+        topic: str,
+        callback: Callback,
+        *,
+        node: str = "",
+        origin: str | None = None,
+        passive: bool = False,
+        take_cdr: Callable[[bytes], None] | None = None,
     ) -> Subscription:
         """Call `callback(message)` for each message of a topic, in either direction.
 
@@ -165,12 +172,13 @@ class Bus:
             node: name of the subscribing node.
             origin: deliver only what publishers of this node publish.
             passive: get what is built for others. Messages that are built only for listeners are not built for it.
+            take_cdr: takes a message as CDR, in place of `callback`: so no message need be built for the bytes alone.
 
         Raises:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node, origin, self._now(), passive=passive)
+        subscription = Subscription(entry, callback, node, origin, self._now(), passive=passive, take_cdr=take_cdr)
         entry.add(subscription)
         return subscription
 

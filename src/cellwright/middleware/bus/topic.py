@@ -88,12 +88,21 @@ class Subscription:
     """Subscription of a callback to every message of a topic, until it is cancelled."""
 
     def __init__(
-        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, passive: bool
+        self,
+        topic: Topic,
+        callback: Callback,
+        node: str,
+        origin: str | None,
+        since: int,
+        *,
+        passive: bool,
+        take_cdr: Callable[[bytes], None] | None,
     ) -> None:
         self._topic = topic
         self.since = since  # simulation time [ns] of its start, or -1 after time has restarted
         self.is_passive = passive  # it gets what is built for others, and does not count as a listener
         self.callback = callback
+        self.take_cdr = take_cdr  # called in place of `callback`, with CDR, if no listener needs the message itself
         self.node = node
         self.origin = origin
 
@@ -119,6 +128,9 @@ class Publisher:
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
         self._newest_since = -1  # simulation time [ns] at which the latest subscription began
+        self.cdr_takers: tuple[Callable[[bytes], None], ...] = ()
+        """Functions that take the next message as CDR, if that suits all listeners; empty if one needs the message, or
+        there is none."""
         self._count = 0
         self.node = node
         self.latch = latch
@@ -177,6 +189,23 @@ class Publisher:
         for callback in self._callbacks:
             callback(message)
 
+    def publish_cdr(self, encode: Callable[[], bytes], build: Callable[[], Message | None], measured: int) -> bool:
+        """Deliver a measured message as CDR, if that suits all listeners; return whether it was delivered.
+
+        Args:
+            encode: returns its CDR.
+            build: returns the message itself, at any time, for late listeners of a latched topic.
+            measured: as in `publish`.
+        """
+        if not self.cdr_takers or (not self.latch and measured <= self._newest_since):
+            return False
+        if self.latch:
+            self._newest = build
+        data = encode()
+        for take in self.cdr_takers:
+            take(data)
+        return True
+
     def offer(self, build: Callable[[], Message | None]) -> None:
         """Publish the result of `build` on a latched topic; without a listener, build it when it is needed.
 
@@ -192,6 +221,8 @@ class Publisher:
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
         self._callbacks = tuple(each.callback for each in subscriptions)
+        takers = [each.take_cdr for each in subscriptions if each.take_cdr is not None]
+        self.cdr_takers = tuple(takers) if len(takers) == len(subscriptions) else ()
         self._newest_since = max((each.since for each in subscriptions), default=-1)
         self._count = sum(not each.is_passive for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:

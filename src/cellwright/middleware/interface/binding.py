@@ -19,6 +19,7 @@ from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Clock
+from cellwright.middleware.messages.template import stamp_cdr
 from cellwright.util.errors import UsageError
 
 _CLOCK_RANK = -10  # no message comes before the clock of its stamp
@@ -53,19 +54,21 @@ class Output:
             qos=row.qos,
         )
 
-    def sample(self, build: Callable[[], Message | None]) -> Sampled:
+    def sample(self, build: Callable[[], Message | None], encode: Callable[[], bytes] | None = None) -> Sampled:
         """Publish at the row's rate, or in each step if it has no period, a message of this tick's state.
 
         Args:
             build: returns the message, or None for no message.
+            encode: returns its CDR, for a topic without latch; called in place of `build` if all listeners take that.
         """
-        return Sampled(self, build)
+        return Sampled(self, build, encode)
 
     def stream(
         self,
         listen: Callable[[Callable[[R], None]], Callable[[], None]],
         build: Callable[[R], Message | None],
         *,
+        encode: Callable[[R], bytes] | None = None,
         is_deferred: bool = False,
     ) -> None:
         """Publish the readings of a sensor.
@@ -73,10 +76,11 @@ class Output:
         Args:
             listen: subscribes a function that takes readings to the sensor; returns a function that ends this.
             build: returns the message of a reading, whose `time_ns` is in message time; None for no message.
+            encode: returns its CDR; called in place of `build` if all listeners take that.
             is_deferred: on a latched topic without listeners, build when the message is needed. The reading alone
                 must determine the message then.
         """
-        _Streamed(self, listen, build, is_deferred=is_deferred)
+        _Streamed(self, listen, build, encode, is_deferred=is_deferred)
 
 
 class _OnDemand(ABC):
@@ -105,8 +109,8 @@ class _OnDemand(ABC):
 class Sampled(_OnDemand):
     """Topic with a message at its rate."""
 
-    def __init__(self, output: Output, build: Callable[[], Message | None]) -> None:
-        self._build = build
+    def __init__(self, output: Output, build: Callable[[], Message | None], encode: Callable[[], bytes] | None) -> None:
+        self._build, self._encode = build, encode
         super().__init__(output)
 
     def _begin(self) -> Callable[[], None]:
@@ -119,6 +123,11 @@ class Sampled(_OnDemand):
             self._publish(0)
 
     def _publish(self, _index: int) -> None:
+        if self._encode is not None and (takers := self._publisher.cdr_takers):
+            data = self._encode()
+            for take in takers:
+                take(data)
+            return
         message = self._build()
         if message is not None:
             self._publisher.publish(message)
@@ -132,10 +141,11 @@ class _Streamed(_OnDemand):
         output: Output,
         listen: Callable[..., Callable[[], None]],
         build: Callable[[Any], Message | None],
+        encode: Callable[[Any], bytes] | None,
         *,
         is_deferred: bool,
     ) -> None:
-        self._listen, self._build = listen, build
+        self._listen, self._build, self._encode = listen, build, encode
         self._clock = output.simulation.clock
         self._take = self._offer if is_deferred and output.row.latch else self._publish
         super().__init__(output)
@@ -144,12 +154,23 @@ class _Streamed(_OnDemand):
         return self._listen(self._take)
 
     def _publish(self, reading: Reading) -> None:
-        message = self._build(self._stamped(reading))
+        stamped = self._stamped(reading)
+        if self._is_encoded(stamped, reading.time_ns):
+            return
+        message = self._build(stamped)
         if message is not None:
             self._publisher.publish(message, measured=reading.time_ns)
 
     def _offer(self, reading: Reading) -> None:
-        self._publisher.offer(partial(self._build, self._stamped(reading)))
+        stamped = self._stamped(reading)
+        if not self._is_encoded(stamped, reading.time_ns):
+            self._publisher.offer(partial(self._build, stamped))
+
+    def _is_encoded(self, stamped: Reading, measured: int) -> bool:
+        """Publish a reading as CDR if that suits all listeners; return whether it did."""
+        return self._encode is not None and self._publisher.publish_cdr(
+            partial(self._encode, stamped), partial(self._build, stamped), measured
+        )
 
     def _stamped(self, reading: Reading) -> Reading:
         """Return a reading with the message time of its measurement, or 0 if message time has begun since."""
@@ -199,4 +220,4 @@ def bind(
 def publish_clock(output: Output) -> None:
     """Handler of /clock: publish message time before all messages that are stamped with it."""
     message_time = output.simulation.clock.message_time
-    replace(output, rank=_CLOCK_RANK).sample(lambda: Clock(stamp(message_time())))
+    replace(output, rank=_CLOCK_RANK).sample(lambda: Clock(stamp(message_time())), lambda: stamp_cdr(message_time()))

@@ -22,7 +22,10 @@ MAX_CACHED_STRINGS = 1024
 MAX_CACHED_BYTES = 1024
 """Limits of the string cache [number, bytes of each]: strings come from outside, and must not fill the memory."""
 _MAX_ALIGNMENT = 8  # bytes of the largest alignment of a number
-_HEAD = 4  # bytes of the encapsulation header; offsets in a message count from its end
+HEAD = 4
+"""Bytes of the encapsulation header; offsets in a message count from its end."""
+LITTLE_ENDIAN = 256
+"""The encapsulation header of little-endian CDR, as a number."""
 _CODES = {
     "bool": "?", "byte": "b", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
     "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
@@ -42,6 +45,16 @@ def cdr_writer(name: str, definitions: Definitions) -> Writer:
     return _WriterSource(name, definitions).compiled()
 
 
+def number_size(name: str) -> int:
+    """Return the bytes of a number by its type in definitions, such as "float64"."""
+    return struct.calcsize(f"<{_CODES[name]}")
+
+
+def number_format(name: str) -> str:
+    """Return numpy's little-endian type of such a number."""
+    return f"<{np.dtype(_CODES[name]).str[1:]}"
+
+
 class _WriterSource:
     """Source of one writer, generated field by field.
 
@@ -54,7 +67,7 @@ class _WriterSource:
         self._lines: list[str] = []
         self._indent = " "
         self._structs: dict[str, Callable[..., bytes]] = {}
-        self._format, self._values = "<I", ["256"]  # the head: little-endian
+        self._format, self._values = "<I", [str(LITTLE_ENDIAN)]
         self._has_begun = False
         self._place, self._modulus = 0, _MAX_ALIGNMENT
         self._variables = 0
@@ -272,6 +285,6 @@ def _names() -> dict[str, Any]:
         "texts": StringCache(cdr_strings, filled=False),
         "texts_filled": StringCache(cdr_strings, filled=True),
         "little": _little,
-        **{f"fill_{size}": [bytes((_HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
-        **{f"dtype_{name}": np.dtype(f"<{np.dtype(code).str[1:]}") for name, code in _CODES.items()},
+        **{f"fill_{size}": [bytes((HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
+        **{f"dtype_{name}": np.dtype(number_format(name)) for name in _CODES},
     }

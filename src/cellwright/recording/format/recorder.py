@@ -169,7 +169,11 @@ class Recorder:
                 newest = message
             self._file.add(self._channels[name], clock.now, data)
 
-        return self._served.bus.subscribe(topic.name, on_message, node=NODE, passive=topic.type in PICTURES)
+        def take_cdr(encoded: bytes) -> None:
+            self._file.add(self._channels[name], clock.now, encoded)
+
+        is_passive = topic.type in PICTURES
+        return self._served.bus.subscribe(name, on_message, node=NODE, passive=is_passive, take_cdr=take_cdr)
 
     def _note(self, command: Command) -> None:
         self._write_text(names.COMMAND, command.encode())
