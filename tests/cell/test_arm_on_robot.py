@@ -75,7 +75,7 @@ def test_mount_has_its_frame_on_the_link_and_a_joint_that_says_that_it_moves() -
     mount = next(each for each in fixed_arm_frames(cell.simulation, trial) if each.child == "mount")
     assert mount.parent == "qinglong_Link_waist_yaw"
     assert mount.pose.position == pytest.approx((-0.35, 0.0, 0.3))
-    assert mount.parent in {each.child_frame_id for each in robot_frames(cell.simulation, trial)(0)}
+    assert mount.parent in {child for _, child, _, _ in robot_frames(cell.simulation, trial)()}
     assert '<joint name="mount_base_joint" type="floating">' in robot_description(trial)
 
 
