@@ -117,8 +117,11 @@ def test_a_rate_of_whole_ticks_gives_them_back(ticks: int) -> None:
 def test_rates_between_whole_ticks_are_refused_with_rates_that_are_taken(ticks: int) -> None:
     with pytest.raises(UsageError, match="must be whole ticks of 2 ms") as caught:
         period_ticks(1000.0 / (2 * ticks + 1), TICK)
-    offers = str(caught.value).rsplit("take ", 1)[1].split(" or ")
-    assert sorted(period_ticks(float(each), TICK) for each in offers) == [ticks, ticks + 1]
+    nearest, _, round_ones = str(caught.value).rsplit("take ", 1)[1].partition(" (or a round ")
+    assert sorted(period_ticks(float(each), TICK) for each in nearest.split(" or ")) == [ticks, ticks + 1]
+    for each in round_ones.rstrip(")").split(" or ") if round_ones else ():
+        assert period_ticks(float(each), TICK)
+        assert float(each) == round(float(each), 1)
 
 
 @pytest.mark.parametrize("rate", [0.0, -20.0, 501.0, math.nan, math.inf])

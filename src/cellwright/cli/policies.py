@@ -1,4 +1,4 @@
-"""Options of a policy that works a cell in place of an agent, and the names that its run has by them."""
+"""Options of a policy that works a cell or a robot's node, and the names that its run has by them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,11 +6,13 @@ from typing import Annotated
 
 from cellwright.cli import options
 from cellwright.cli.parameters import flag, option
+from cellwright.clients.policies.presets import preset_names
 from cellwright.clients.policies.spec import AGENT, RECORDING, PolicySpec
 
 PANEL = "Policy"
 """Heading for the options in the help."""
-_DEFAULT = "kitter"  # the agent of commands without --agent
+DEFAULT = "kitter"
+"""Agent of commands without --agent."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,12 @@ class PolicyArguments:
     ] = None
     policy_map: Annotated[
         str | None,
-        option("FILE", "Map between the policy's names and those of the cell. Default: the cell's names.", PANEL),
+        option(
+            "FILE",
+            f"Map between the policy's names and those of the cell; or that of its kind: {', '.join(preset_names())}. "
+            "Default: the cell's names.",
+            PANEL,
+        ),
     ] = None
     latency: Annotated[
         list[str] | None,
@@ -52,8 +59,11 @@ class PolicyArguments:
         int | None, option("N", "Ask again after N actions. Default: all, or half of them if async.", PANEL)
     ] = None
     think_first: Annotated[bool, flag("--think-first", "The world stands for the first answer.", PANEL)] = False
+    sentence: Annotated[
+        str | None, option("TEXT", "The task in words, for the policy. Default: the trial's.", PANEL)
+    ] = None
 
-    def specs(self, agent: str) -> list[PolicySpec]:
+    def specs(self, agent: str = DEFAULT) -> list[PolicySpec]:
         """Return the policy with each of the latencies; none if an agent works.
 
         Raises:
@@ -65,6 +75,7 @@ class PolicyArguments:
             "--policy-mode": self.policy_mode is not None,
             "--chunk": self.chunk is not None,
             "--think-first": self.think_first,
+            "--sentence": self.sentence is not None,
         }
         if self.policy is None:
             if agent == AGENT:
@@ -72,7 +83,7 @@ class PolicyArguments:
             if names := [name for name, is_given in given.items() if is_given]:
                 options.refuse(f"{names[0]} requires --policy, such as --policy ws://127.0.0.1:8000")
             return []
-        if agent not in (AGENT, _DEFAULT):
+        if agent not in (AGENT, DEFAULT):
             options.refuse(f"--agent {agent} and --policy: give one of them")
         latencies: Sequence[str] = self.latency or ("",)
         if twice := [each for number, each in enumerate(latencies) if each in latencies[:number]]:
@@ -85,11 +96,12 @@ class PolicyArguments:
                 mode=self.policy_mode or "",
                 chunk=self.chunk,
                 thinks_first=self.think_first,
+                sentence=self.sentence or "",
             )
             for latency in latencies
         ]
 
-    def spec(self, agent: str) -> PolicySpec | None:
+    def spec(self, agent: str = DEFAULT) -> PolicySpec | None:
         """Return the only policy of a run; None if an agent works.
 
         Raises:

@@ -17,7 +17,7 @@ from cellwright.config.robot.model import Joint, JointType
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import UnknownNameError, UsageError
 
-ChannelKind: TypeAlias = Literal["joint", "suction", "width"]
+ChannelKind: TypeAlias = Literal["joint", "suction", "width", "closed"]
 Unit: TypeAlias = Literal["rad", "m", ""]
 
 TURN: Final = 2.0 * math.pi
@@ -26,6 +26,8 @@ SLIDE: Final = 10.0
 """Range of a joint that slides without end to either side [m]."""
 SUCTION_ON: Final = 0.5
 """Value above which the suction is on."""
+SIDES: Final = ("right", "left")
+"""Names of a robot's arms and of its grippers, in the order of its configuration; a third is called by its place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +38,8 @@ class Channel:
         name: unique name: the joint's, or `suction` or `width`; `ARM/` comes before it where arms are in namespaces,
             `ROBOT/` at a robot.
         kind: `joint`: target position at the end of the period; `suction`: on above `SUCTION_ON`; `width`: distance
-            between the pads of a parallel gripper. An arm approaches a target along a straight line, a robot as fast
-            as its servos can.
+            between the pads of a parallel gripper; `closed`: share by which the gripper of a robot's node is closed. An
+            arm approaches a target along a straight line, a robot as fast as its servos can.
         unit: unit of its values; empty for the suction.
         low: least value.
         high: greatest value.
@@ -87,6 +89,29 @@ class ControlSpace:
             found += _of_robot(robot, trial.robot_models[robot.name])
         return cls(tuple(found))
 
+    @classmethod
+    def of_node(cls, robot: RobotConfig) -> Self:
+        """Return the channels of a robot with a controller node of its own.
+
+        They are its joints in the order of its file, without those that mimic another or that a gripper moves, then how
+        far each gripper is closed.
+
+        Example:
+            >>> from cellwright import load_robot
+            >>> space = ControlSpace.of_node(load_robot("tandem"))
+            >>> space.names[0], space.names[-2:]
+            ('lift', ('gripper_right', 'gripper_left'))
+        """
+        closing = {name for gripper in robot.grippers for name in gripper.joints}
+        joints = (each for each in robot.robot.driven if each.mimic is None and each.name not in closing)
+        grippers = (f"gripper_{side_name(number)}" for number in range(len(robot.grippers)))
+        return cls(
+            (
+                *(_of_joint(each.name, each, each.name) for each in joints),
+                *(Channel(name, "closed", "", 0.0, 1.0) for name in grippers),
+            )
+        )
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the channels."""
@@ -124,6 +149,11 @@ class ControlSpace:
         return found
 
 
+def side_name(number: int) -> str:
+    """Return the name of an arm or a gripper of a robot by its place in the configuration."""
+    return SIDES[number] if number < len(SIDES) else str(number)
+
+
 def period_ticks(rate: float, timestep: tuple[int, int]) -> int:
     """Return the length of a control period in ticks.
 
@@ -137,9 +167,9 @@ def period_ticks(rate: float, timestep: tuple[int, int]) -> int:
     Example:
         >>> period_ticks(20, (1, 500)), period_ticks(50.0, (1, 500))
         (25, 10)
-        >>> period_ticks(30, (1, 500))
+        >>> period_ticks(15, (1, 500))  # doctest: +ELLIPSIS
         Traceback (most recent call last):
-        cellwright.util.errors.UsageError: rate: a period must be whole ticks of 2 ms (got 30 Hz); take 31.25 or 29.4118
+        cellwright.util.errors.UsageError: rate: ... (got 15 Hz); take 15.1515 or 14.7059 (or a round 20 or 12.5)
     """
     tick = Fraction(*timestep)
     if not (math.isfinite(rate) and 0.0 < rate <= 1 / tick):
@@ -150,10 +180,21 @@ def period_ticks(rate: float, timestep: tuple[int, int]) -> int:
     if abs(ticks - nearest) > Fraction(nearest, 100_000):
         below, above = math.floor(ticks), math.ceil(ticks)
         near = " or ".join(f"{float(1 / (each * tick)):g}" for each in (below, above))
+        round_ones = " or ".join(f"{float(each):g}" for each in _round_rates(rate, tick))
         raise UsageError(
             f"rate: a period must be whole ticks of {float(tick) * 1000:g} ms (got {rate:g} Hz); take {near}"
+            f"{round_ones and f' (or a round {round_ones})'}"
         )
     return nearest
+
+
+def _round_rates(rate: float, tick: Fraction) -> list[Fraction]:
+    """Return the next rates above and below with whole ticks and at most one digit behind the point [Hz]."""
+    found = []
+    ticks = 1 / (Fraction(rate) * tick)
+    for counts in (range(math.floor(ticks), 0, -1), range(math.ceil(ticks), math.floor(10 / tick) + 1)):
+        found += [1 / (each * tick) for each in counts if (10 / (each * tick)).denominator == 1][:1]
+    return found
 
 
 def _of_arm(arm: Arm, joint: Joint) -> Channel:

@@ -25,7 +25,8 @@ NODE = "/sim_robot_controller_node"
 TOPIC, SERVICE = EndpointKind.TOPIC, EndpointKind.SERVICE
 ARMS = Where.when("with arms in the robot configuration", lambda robot: robot.config.arms)
 GRIPPERS = Where.when("with grippers in the robot configuration", lambda robot: robot.config.grippers)
-FREE_BASE = Where.when("without a fixed link", lambda robot: robot.has_base and robot.config.fixed_link is None)
+FREE_BASE = Where.when("without a fixed link", lambda robot: robot.is_alone and robot.config.fixed_link is None)
+ALONE = Where.when("at a node of its own", lambda robot: robot.is_alone)
 SIMULATED_TIME = Where.when("with simulated time", lambda robot: robot.sim_time)
 EACH_CAMERA = Where("for each camera of the robot configuration", lambda robot: robot.cameras)
 JOINTS, POSES = "sensor_msgs/JointState", "geometry_msgs/PoseArray"
@@ -91,6 +92,9 @@ IO_TELEOP = (
     accepts(SERVICE, "/io_teleop/clear_emergency_stop", "std_srvs/Trigger", ALWAYS,
           "Clears an emergency stop; the robot holds until the next command.",
           handler="clear_stop", source=OWN),
+    accepts(TOPIC, "/cellwright/policy", "std_msgs/String", ALONE,
+          "Each request to a policy with its answer, as a JSON object, for recordings; without effect on the robot.",
+          handler="note_policy", source=OWN),
 )
 # fmt: on
 
@@ -126,7 +130,7 @@ class _Node(NamedTuple):
     config: RobotConfig
     cameras: tuple[str, ...]
     sim_time: bool
-    has_base: bool
+    is_alone: bool
 
 
 def in_namespace(text: str, namespace: str) -> str:
@@ -143,14 +147,14 @@ def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Endpoint, ...]:
     """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
-    return _rows(_Node(config, tuple(cameras), sim_time, has_base=True), node)
+    return _rows(_Node(config, tuple(cameras), sim_time, is_alone=True), node)
 
 
 def rows_in_cell(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, namespace: str = NAMESPACE
 ) -> tuple[Endpoint, ...]:
     """Return the rows of a robot that stands at its place in a cell, which has the clock, in a namespace."""
-    found = _rows(_Node(config, tuple(cameras), sim_time=False, has_base=False), node)
+    found = _rows(_Node(config, tuple(cameras), sim_time=False, is_alone=False), node)
     return tuple(replace(row, name=in_namespace(row.name, namespace)) for row in found)
 
 

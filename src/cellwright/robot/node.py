@@ -15,6 +15,7 @@ from cellwright.engine.shapes import Visuals
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
+from cellwright.middleware.interface.notes import Notes
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.rendering.scene.engine import SceneCapture
@@ -127,7 +128,7 @@ class RobotNode:
             self.cameras = add_cameras(config, self.simulation, service, report)
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=settings.node, sim_time=sim_time)
-            handlers = (*controller.handlers(self.cameras), BaseCommands(self.commander, self.base))
+            handlers = (*controller.handlers(self.cameras), BaseCommands(self.commander, self.base), Notes())
             bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()

@@ -25,7 +25,7 @@ from cellwright.config.control import ControlSpace
 from cellwright.util.errors import DescriptionError
 
 SPACE = ControlSpace.of(load_trial("lesson"))
-CELL = Cell(SPACE, ("overhead", "wrist"), ("arm",), (1, 500))
+CELL = Cell(SPACE, ("overhead", "wrist"), {"arm": SPACE.names[:7]}, (1, 500), {"arm": "suction"})
 
 LIBERO = """\
 rate: 20
@@ -94,7 +94,10 @@ BASE = "observation: {state: {channels: all}}\nactions: [{channels: all}]\n"
     [
         ("observation:\n  a: {camera: overhed}\n", "2: observation.a.camera: unknown camera 'overhed'; did you mean"),
         ("observation:\n  a: {channels: [elbow_join]}\n", "2: observation.a.channels[0]: unknown channel 'elbow_join'"),
-        ("observation:\n  a: {cemera: wrist}\n", "2: observation.a: must have one of channels, pose, constant, camera"),
+        (
+            "observation:\n  a: {cemera: wrist}\n",
+            "2: observation.a: must have one of channels, gripper, pose, constant, camera",
+        ),
         ("observation:\n  a: {camera: wrist, size: 224}\n", "must be a list of width and height"),
         ("observation:\n  a: {camera: wrist, size: [0, 224]}\n", "must be from 1 to 4096 px (got 0)"),
         ("observation:\n  a: {camera: wrist, flip: true}\n", "2: observation.a.flip: unknown entry"),
@@ -111,6 +114,13 @@ BASE = "observation: {state: {channels: all}}\nactions: [{channels: all}]\n"
         ("actions:\n  - {skip: 3}\n", "no part commands anything"),
         ("actions:\n  - {channels: all, mode: relative}\n", "must be absolute or delta"),
         ("rate: 30\n", "1: rate: a period must be whole ticks of 2 ms (got 30 Hz); take 31.25 or 29.4118"),
+        ("rate: 15\n", "take 15.1515 or 14.7059 (or a round 20 or 12.5)"),
+        ("observation:\n  a: {camera: 3}\n", "no camera 3 here; there are 2: overhead, wrist"),
+        ("observation:\n  a: {gripper: arm, open: [1, 2]}\n", "open and closed must have equally many numbers"),
+        ("observation:\n  a: {channels: {arm: arm, count: 6}}\n", "the arm arm must have 6 joints (got 7: linear_arm"),
+        ("actions:\n  - {gripper: arm, open: 1}\n", "give two different numbers, open and closed, or threshold"),
+        ("actions:\n  - {gripper: arm, open: 1, closed: 0, threshold: 0}\n", "give two different numbers"),
+        ("actions:\n  - {channels: all, limit: 0}\n", "must be above 0 (got 0)"),
         ("chunk: 0\n", "must be from 1 to 10000"),
         ("stale: keep\n", "must be drop or play"),
         ("horizon: 8\n", "1: horizon: unknown entry"),

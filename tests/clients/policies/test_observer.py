@@ -7,9 +7,19 @@ import numpy as np
 import pytest
 
 from cellwright import Cell, Client
-from cellwright.clients.policies.agent import arms_of, cell_of
+from cellwright.clients.policies.cell_workplace import CellWorkplace
 from cellwright.clients.policies.key_map import Cell as Names
-from cellwright.clients.policies.key_map import Channels, Constant, KeyMap, Picture, Source, ToChannels, ToolPose, Words
+from cellwright.clients.policies.key_map import (
+    Channels,
+    Constant,
+    Grip,
+    KeyMap,
+    Picture,
+    Source,
+    ToChannels,
+    ToolPose,
+    Words,
+)
 from cellwright.clients.policies.observer import Observer, digest_of
 from cellwright.clients.policies.pictures import fitted
 from cellwright.config.sensors import PictureCameraConfig
@@ -24,22 +34,23 @@ SEEN = replace(ARM_ONLY, sensors=(EYE,))
 
 def observed(cell: Cell, observation: dict[str, Source]) -> tuple[Observer, Client, Names]:
     client = Client.in_process(cell)
-    names = cell_of(client)
-    key_map = KeyMap(observation, (ToChannels(names.space.names),))
-    observer = Observer(client, key_map, names.space, arms_of(client, names), "pick the gear")
+    place = CellWorkplace(client)
+    key_map = KeyMap(observation, (ToChannels(place.names.space.names),))
+    observer = Observer(place, key_map, "pick the gear")
     assert client.wait_until(observer.is_complete, 1.0)
-    return observer, client, names
+    return observer, client, place.names
 
 
 def test_numbers_are_joined_and_the_pose_is_that_of_the_cup() -> None:
     cell = Cell(ARM_ONLY)
-    sources = (ToolPose("arm", "none", "world"), Channels(("suction",)), Constant((5.0,)))
+    fingers = Grip("suction", (0.04, -0.04), (0.0, 0.0))
+    sources = (ToolPose("arm", "none", "world"), Channels(("suction",)), Constant((5.0,)), fingers)
     observer, client, _ = observed(cell, {"state": sources, "prompt": Words("Task: {sentence}.")})
     client.control_gripper(True)
     client.sleep(0.02)
     found = observer.observation()
     cup = cell.simulation.data.body("vacuum_gripper_link").xpos
-    assert found["state"] == pytest.approx([*cup, 1.0, 5.0], abs=1e-3)
+    assert found["state"] == pytest.approx([*cup, 1.0, 5.0, 0.0, 0.0], abs=1e-3)
     assert found["state"].dtype == np.float32
     assert found["prompt"] == "Task: pick the gear."
 
@@ -50,6 +61,8 @@ def test_pictures_are_turned_fitted_and_planar() -> None:
         sources: dict[str, Source] = {
             "plain": Picture("eye"),
             "turned": Picture("eye", turned=True),
+            "mirrored": Picture("eye", mirrored=True),
+            "upside_down": Picture("eye", turned=True, mirrored=True),
             "images": {"planar": Picture("eye", (8, 8), is_planar=True)},
         }
         observer, client, names = observed(cell, sources)
@@ -60,6 +73,8 @@ def test_pictures_are_turned_fitted_and_planar() -> None:
         found = observer.observation()
         assert (found["plain"] == plain.colour).all()
         assert (found["turned"] == plain.colour[::-1, ::-1]).all()
+        assert (found["mirrored"] == plain.colour[:, ::-1]).all()
+        assert (found["upside_down"] == plain.colour[::-1]).all()
         planar = found["images"]["planar"]
         assert planar.shape == (3, 8, 8)
         assert (planar.transpose(1, 2, 0) == fitted(plain.colour, (8, 8))).all()

@@ -15,7 +15,7 @@ from cellwright.clients.policies.report import ReportCheck, RequestReport, Rules
 from cellwright.clients.policies.schedule import Mode
 from cellwright.util.errors import UsageError
 
-RULES = Rules("ws://h:1", "uniform:60ms..180ms", 3, 2_000_000, 20_000_000, 25, Mode.ASYNC, horizon=4)
+RULES = Rules("ws://h:1", "uniform:60ms..180ms", 3, (1, 500), 20_000_000, 25, Mode.ASYNC, horizon=4)
 ACTIONS = np.arange(16.0).reshape(8, 2)
 
 

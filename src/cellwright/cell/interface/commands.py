@@ -23,6 +23,7 @@ from cellwright.mechanism.gripper_goal import GripperRequest
 from cellwright.mechanism.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.mechanism.trajectory_controller import check_count
 from cellwright.middleware.bus import Refusals
+from cellwright.middleware.interface.notes import Notes
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear
 from cellwright.middleware.messages.control_msgs import (
@@ -35,11 +36,10 @@ from cellwright.middleware.messages.standard import JointTrajectory as JointTraj
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.motion.chain import chain_of
+from cellwright.motion.robot_arms import robot_arms
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
 NOT_ALLOWED = "not allowed in a competition"
-MAX_POLICY_LENGTH = 2 << 20
-"""Largest length of a report of a policy [characters]."""
 _WALL_TIME = 1_000_000_000 * NANOSECONDS
 """Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
 
@@ -60,8 +60,8 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
 def layout_json(trial: Trial) -> str:
     """Return a cell's layout as a JSON object, with the `chains` of its arms by their names in the layout.
 
-    `control` is what can be commanded, a `ControlSpace`; `sentence` is the task in words, empty without one; `timestep`
-    is the length of a tick [s] as a fraction.
+    `control` is what can be commanded, a `ControlSpace`; `robot_arms` are the arms of each robot; `sentence` is the
+    task in words, empty without one; `timestep` is the length of a tick [s] as a fraction.
 
     A chain goes from the frame of the arm's mount to the frame of its cup, or to its tip if it holds nothing. Its
     joints have their names in messages, and its links those of their frames.
@@ -77,13 +77,16 @@ def layout_json(trial: Trial) -> str:
     more = {
         "chains": chains,
         "control": plain(ControlSpace.of(trial)),
+        "robot_arms": {
+            robot.name: plain(robot_arms(trial.robot_models[robot.name], robot.pose)) for robot in trial.layout.robots
+        },
         "sentence": "" if trial.task is None else trial.task.sentence,
         "timestep": trial.settings.timestep,
     }
     return json.dumps({**layout_data(layout), **more}, allow_nan=False)
 
 
-class CellCommands:
+class CellCommands(Notes):
     """Handlers of the topics and services that clients send to.
 
     The reply about the trial's own part types is computed in the constructor, before time runs.
@@ -130,13 +133,6 @@ class CellCommands:
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
         self._cell.intention.update(message.data, node, self._cell.simulation.now)
-
-    def note_policy(self, _row: Endpoint, message: String, node: str) -> None:
-        """Refuse what is too long for a recording; the cell itself has no use for it."""
-        if len(message.data) > MAX_POLICY_LENGTH:
-            raise RejectedCommandError(
-                f"policy: from {node or 'a program'}: at most {MAX_POLICY_LENGTH} characters (got {len(message.data)})"
-            )
 
     def command_arm(self, row: Endpoint, message: JointTrajectoryMessage, node: str) -> None:
         """Make the arm follow a trajectory."""

@@ -132,7 +132,7 @@ def _prepared(given: RunArguments, context: typer.Context, leaving: ExitStack) -
     With `--connect` it works the served cell, and exits.
     """
     options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
-    policy = policy_of(given.policy, given.agent, leaving)
+    policy = policy_of(given.policy, leaving, given.agent)
     if given.process.connect is not None:
         _refuse_cell_options(context)
         from cellwright.cli.run.remote import run_connected

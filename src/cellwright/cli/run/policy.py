@@ -1,14 +1,22 @@
 """Policy of a run: the name of its agent, by its options, its seed, and the recording that it may be from."""
 
+from __future__ import annotations
+
 import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cellwright.cell.cell import Cell
 from cellwright.cli import options
-from cellwright.cli.policies import PolicyArguments, is_recording
+from cellwright.cli.policies import DEFAULT, PolicyArguments, is_recording
 from cellwright.clients.policies.spec import REPORTS, PolicySpec
+from cellwright.config.robot.config import RobotConfig
+
+if TYPE_CHECKING:
+    from cellwright.clients.policies.agent import PolicyAgent
 
 
 @dataclass(frozen=True)
@@ -35,9 +43,28 @@ class PolicyRun:
         check_policy(self.spec.words, cell.trial)
         return replace(self.spec, seed=cell.seed).words
 
+    def robot_agent(self) -> PolicyAgent:
+        """Return the agent that asks it at a robot's node.
 
-def policy_of(given: PolicyArguments, agent: str, leaving: ExitStack) -> PolicyRun | None:
-    """Return the policy of a run; None if an agent works. A recording's reports are in a file until `leaving` ends.
+        Raises:
+            PolicyError: there is no such policy.
+        """
+        from cellwright.clients.policies.program import policy_agent
+
+        return policy_agent(self.spec.words)()
+
+    def check_robot(self, robot: RobotConfig, timestep: Fraction) -> None:
+        """Refuse a map that does not fit a robot's node with steps of this length [s]; errors as of `agent`."""
+        from cellwright.clients.policies.program import check_map
+        from cellwright.clients.policies.robot_workplace import robot_names
+
+        check_map(self.spec.words, robot_names(robot, timestep.as_integer_ratio()))
+
+
+def policy_of(given: PolicyArguments, leaving: ExitStack, agent: str = DEFAULT) -> PolicyRun | None:
+    """Return the policy of a run; None if an agent or a client works.
+
+    A recording's reports are in a file until `leaving` ends.
 
     Raises:
         UsageError: options do not go together, or the recording holds no episode of a policy.

@@ -21,6 +21,7 @@ from cellwright.cli.arguments import (
     XacroArguments,
 )
 from cellwright.cli.parameters import argument, flag, option
+from cellwright.cli.policies import PolicyArguments
 from cellwright.robot.interface import NODE
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
@@ -144,10 +145,11 @@ class TeleopArguments:
         bool, flag("--sim-time", "Publish simulation time on /clock, and stamp messages with it.", SIMULATION)
     ] = False
     speed: Annotated[
-        str | None, option("FACTOR", f"{SPEED_HELP} Values other than `1` require --sim-time.", SIMULATION)
+        str | None, option("FACTOR", f"{SPEED_HELP} Values other than `1` require --sim-time or --policy.", SIMULATION)
     ] = None
     lockstep: Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}; implies --sim-time.", SIMULATION)] = False
     safety: SafetyArguments
+    policy: PolicyArguments
     driver: Annotated[
         str | None,
         option(
@@ -188,13 +190,19 @@ class TeleopArguments:
     verbose: Annotated[bool, flag("--verbose -v", "Print more in the summary.", OUTPUT)] = False
 
     @property
+    def has_policy(self) -> bool:
+        """True if a policy drives the robot."""
+        return self.policy.policy is not None
+
+    @property
     def has_sim_time(self) -> bool:
         """True if the node publishes simulation time."""
-        return self.sim_time or self.lockstep
+        return self.sim_time or self.lockstep or self.has_policy
 
     def factor(self) -> float | None:
         """Return the real-time factor; None for as fast as possible."""
-        return options.speed(("max" if self.lockstep else "1") if self.speed is None else self.speed)
+        default = "max" if self.lockstep or self.has_policy else "1"
+        return options.speed(default if self.speed is None else self.speed)
 
     def window(self) -> RobotWindow:
         """Return the window and the picture at the end."""
@@ -205,6 +213,10 @@ class TeleopArguments:
         """Refuse options that do not go together."""
         if self.factor() != 1.0 and not self.has_sim_time:
             options.refuse(f"--speed {self.speed} requires --sim-time")
+        if self.has_policy and self.lockstep:
+            options.refuse("--policy lets time stand while the policy answers; leave out --lockstep")
+        if self.has_policy and self.driver is not None:
+            options.refuse("--driver: a real robot does not stand while a policy answers; leave out --policy")
         if self.driver is not None and self.has_sim_time:
             options.refuse("--driver: a real robot runs in real time; leave out --sim-time and --lockstep")
         if self.driver is not None and not self.check_driver:
@@ -230,6 +242,7 @@ class TeleopArguments:
             "--sim-time": self.sim_time,
             "--speed": self.factor() != 1.0,
             "--driver": self.driver is not None,
+            "--policy": self.has_policy,
             "--ros1": self.network.ros1,
             "--ros2": self.network.ros2,
             "--record": bool(self.record),

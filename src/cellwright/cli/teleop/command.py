@@ -1,6 +1,7 @@
 """Command `cellwright teleop`: a robot controller node, or one of the checks."""
 
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,6 +13,7 @@ from cellwright.cli import options, output
 from cellwright.cli.arguments import record_options
 from cellwright.cli.main import DONE
 from cellwright.cli.parameters import with_groups
+from cellwright.cli.run.policy import policy_of
 from cellwright.cli.teleop.arguments import TeleopArguments
 from cellwright.cli.teleop.checks import run_driver_check, run_motion_check
 from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
@@ -21,6 +23,7 @@ from cellwright.rendering.views import gear2017_views
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.node import RobotNode, RobotSettings
 from cellwright.robot.ros2_control import ros2_control_xacro
+from cellwright.running.run.robot_policy import RobotPolicy
 from cellwright.running.run.robots import RobotTarget
 
 
@@ -52,14 +55,17 @@ def teleop(given: TeleopArguments) -> None:
         # check its motion, and print a table of findings
         cellwright teleop qinglong --check
 
+        # a policy server drives it for ten seconds of simulation time
+        cellwright teleop qinglong --policy ws://127.0.0.1:8000 --policy-map map.yaml --latency 120ms --until 10
+
         # a real robot, by your own driver
         cellwright teleop my_robot/vr_configs.yml --driver my_driver.py:MyDriver
 
     Always: names that the robot lacks are ignored, invalid messages are refused as a whole, targets are kept within the
     joints' limits, and the emergency stop holds at once.
 
-    Exit status: 0 stopped as requested; 1 the simulation became unstable, a requested file is incomplete, or a check
-    failed; 2 bad input, and nothing was started.
+    Exit status: 0 stopped as requested; 1 the simulation became unstable, the policy could not be asked, a requested
+    file is incomplete, or a check failed; 2 bad input, and nothing was started.
     """
     load = partial(load_robot, given.robot, arguments=options.xacro_arguments(given.xacro_arguments))
     if given.ros2_control:
@@ -72,33 +78,43 @@ def teleop(given: TeleopArguments) -> None:
     timestep = 1 / options.physics_rate(given.rate)
     settings = RobotSettings(given.motion, timestep, given.self_collision)
     safety, window = given.safety.settings(), given.window()
+    serve = given.network.options(lockstep=given.lockstep)
+    about: dict[str, Any] = {"agent": given.policy.policy} if given.has_policy else {}
     more: dict[str, Any] = {
         "until": options.until(given.until),
-        "serve": given.network.options(lockstep=given.lockstep),
+        "serve": replace(serve, restart_refusal="a policy drives the robot") if given.has_policy else serve,
         "view": given.page.options() or False,
-        "record": record_options(given.record, given.video.options(gear2017_views())),
+        "record": record_options(given.record, given.video.options(gear2017_views()), **about),
     }
     if given.check:
         raise typer.Exit(run_motion_check(RobotNode(load(output.warn), settings), console, as_json=given.as_json))
     make_driver = None if given.driver is None else find_driver(given.driver)
     progress = robot_progress(console, until=given.until)
+    with ExitStack() as leaving:
+        policy = policy_of(given.policy, leaving)
 
-    def make() -> RobotNode:
-        config = load(output.warn)
-        return RobotNode(
-            config,
-            replace(settings, safety=safety, node=node_name(given.node), sim_time=given.has_sim_time),
-            stamp=time.time_ns,
-            report=progress.notice,
-            driver=None if make_driver is None else make_driver(config),
+        def make() -> RobotNode:
+            config = load(output.warn)
+            if policy is not None:
+                policy.check_robot(config, timestep)
+            return RobotNode(
+                config,
+                replace(settings, safety=safety, node=node_name(given.node), sim_time=given.has_sim_time),
+                stamp=time.time_ns,
+                report=progress.notice,
+                driver=None if make_driver is None else make_driver(config),
+            )
+
+        session = robot_session(
+            RobotTarget(make, node=given.node, sim_time=given.has_sim_time),
+            console,
+            progress,
+            speed=given.factor(),
+            window=window,
+            **more,
         )
-
-    session = robot_session(
-        RobotTarget(make, node=given.node, sim_time=given.has_sim_time),
-        console,
-        progress,
-        speed=given.factor(),
-        window=window,
-        **more,
-    )
-    raise typer.Exit(run_robot(session, console, window=window, as_json=given.as_json, verbose=given.verbose))
+        program = None if policy is None else RobotPolicy(policy.robot_agent())
+        status = run_robot(
+            session, console, program=program, window=window, as_json=given.as_json, verbose=given.verbose
+        )
+    raise typer.Exit(status)

@@ -18,6 +18,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import RunOptions, ServerOptions, Session, SessionResult, versions
 from cellwright.running.run.observers import RobotWindow
+from cellwright.running.run.robot_policy import RobotPolicy
 from cellwright.running.run.robots import RobotTarget
 from cellwright.util.errors import UsageError
 
@@ -48,16 +49,22 @@ def run_robot(
     session: Session,
     console: Console,
     *,
+    program: RobotPolicy | None = None,
     window: RobotWindow | None = None,
     as_json: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a robot controller node until a signal or its time ends it, and print the result; return the exit status."""
+    """Run a robot controller node until a signal or its time ends it, and print the result; return the exit status.
+
+    A `program` drives the robot; clients may too.
+    """
     with stopped_by_signals(session.stop.request), session:
-        result = session.run()
+        result = session.run(program)
     node, snapshot = session.node, None if window is None else window.snapshot
     if not as_json:
         show_node_result(console, node, result, verbose=verbose)
+        if program is not None:
+            output.print_entry(console, "policy", program.agent.summary)
     if window is not None and snapshot is not None:
         try:
             with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
@@ -75,7 +82,8 @@ def run_robot(
     if result.error:
         echo(f"error: {result.error}", err=True)
     if as_json:
-        typer.echo(json.dumps(node_document(node, result, status), indent=2))
+        policy = {} if program is None else {"policy": program.agent.summary}
+        typer.echo(json.dumps(node_document(node, result, status) | policy, indent=2))
     return status
 
 

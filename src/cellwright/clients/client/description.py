@@ -10,11 +10,12 @@ from cellwright.config.layout.data import layout_from_data, value_of
 from cellwright.config.layout.layout import Layout
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.motion.chain import Chain
+from cellwright.motion.robot_arms import RobotArm
 
 _PART_TYPES = "/cellwright/part_types"
 _SOLIDS = "/cellwright/solids"
 _LAYOUT = "/cellwright/layout"
-_CHAINS, _CONTROL, _SENTENCE, _TIMESTEP = "chains", "control", "sentence", "timestep"
+_CHAINS, _CONTROL, _ROBOT_ARMS, _SENTENCE, _TIMESTEP = "chains", "control", "robot_arms", "sentence", "timestep"
 
 
 class CellDescription(NodeClient):
@@ -34,7 +35,7 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        beside = (_CHAINS, _CONTROL, _SENTENCE, _TIMESTEP)
+        beside = (_CHAINS, _CONTROL, _ROBOT_ARMS, _SENTENCE, _TIMESTEP)
         return layout_from_data({name: value for name, value in self._layout().items() if name not in beside})
 
     def chains(self) -> Mapping[str, Chain]:
@@ -52,6 +53,21 @@ class CellDescription(NodeClient):
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
         return {str(name): value_of(Chain, each, f"chains.{name}") for name, each in self._layout()[_CHAINS].items()}
+
+    def robot_arms(self) -> Mapping[str, tuple[RobotArm, ...]]:
+        """Return the arms of the cell's robots as chains of joints, by the names of the robots in the layout.
+
+        Example:
+            >>> from cellwright import Cell, Client, load_trial
+            >>> arms = Client.in_process(Cell(load_trial("reach"))).robot_arms()["qinglong"]
+            >>> [arm.name for arm in arms], len(arms[0].chain.joints)
+            (['right', 'left'], 7)
+
+        Raises:
+            CellwrightError: the server is no cell, or the cell's version is another one.
+        """
+        kind, found = tuple[RobotArm, ...], self._layout().get(_ROBOT_ARMS, {})
+        return {str(name): value_of(kind, each, f"{_ROBOT_ARMS}.{name}") for name, each in found.items()}
 
     def control_space(self) -> ControlSpace:
         """Return what can be commanded in the cell: the joints and grippers of its arms, and the joints of its robots.

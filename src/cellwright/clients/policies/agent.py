@@ -1,4 +1,4 @@
-"""Agent that lets a policy work a cell through a client, with the policy's latency in simulation time.
+"""Agent that lets a policy work a cell or a robot's node, with the policy's latency in simulation time.
 
 At a control instant time stands still: the observation is made, the policy answers, however long that takes, and then
 time goes on. The wall clock decides nothing but the number of a measured latency.
@@ -9,24 +9,24 @@ from __future__ import annotations
 import base64
 import hashlib
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.pictures import picture_topics
-from cellwright.clients.policies.commands import Commands
+from cellwright.clients.policies.cell_workplace import CellWorkplace
 from cellwright.clients.policies.key_map import Cell, KeyMap, default_map
 from cellwright.clients.policies.latency import WARM_UP, Latency, in_ticks
 from cellwright.clients.policies.map_reader import load_map, map_of_text
 from cellwright.clients.policies.observer import Observer, digest_of
 from cellwright.clients.policies.policy import Answer, LookingBack, Policy, PolicyAnswerError
+from cellwright.clients.policies.presets import map_path
 from cellwright.clients.policies.recorded import RecordedPolicy
 from cellwright.clients.policies.report import MAX_NUMBERS, MAX_REPLY, TOPIC, RequestReport, Rules, encoded_actions
-from cellwright.clients.policies.schedule import Request
+from cellwright.clients.policies.schedule import Chosen, Request
 from cellwright.clients.policies.spec import MEASURED, PolicySpec
-from cellwright.clients.policies.targets import Targets, ToolArm
+from cellwright.clients.policies.targets import Targets
+from cellwright.clients.policies.workplace import Workplace
 from cellwright.config.control import period_ticks
 from cellwright.middleware.messages.conversions import NANOSECONDS
 from cellwright.middleware.messages.standard import String
@@ -34,31 +34,31 @@ from cellwright.util.errors import UsageError
 
 _FIRST = 10.0
 """Simulation time [s] in which everything that the map observes must have come."""
-_COLOUR = "image_raw"
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A cell as a policy agent has it: its names, the map, and the arms whose tools the map uses."""
+    """Names of the cell or node that a policy works, and the map between them and the policy's."""
 
     cell: Cell
     key_map: KeyMap
-    arms: Mapping[str, ToolArm]
 
 
 class PolicyAgent:
-    """Agent that asks a policy, and sends the cell what it answers.
+    """Agent that asks a policy, and sends what it answers.
 
     Args:
         spec: the policy and its rules.
-        make: makes the policy, for the cell's channels and the map; called once a run.
+        make: makes the policy, for the channels and the map; called once a run.
         recorded: rules of a recorded episode, which replace those of the spec; None without.
     """
 
     def __init__(self, spec: PolicySpec, make: Callable[[Setting], Policy], recorded: Rules | None = None) -> None:
         self._spec, self._make, self._recorded = spec, make, recorded
+        self.summary = "asked nothing"
+        """The newest episode in a line."""
 
     def run(self, client: Client) -> None:
         """Work the cell until the competition is done.
@@ -70,41 +70,48 @@ class PolicyAgent:
         """
         if not getattr(client.transport, "welcome", {}).get("lockstep", True):
             raise UsageError("policy: time must stand still while it answers; serve the cell with --lockstep")
-        setting = self._setting(client)
+        self.work(CellWorkplace(client))
+
+    def work(self, workplace: Workplace) -> None:
+        """Work a cell, or a robot's node, until there is nothing more to do; errors as of `run`."""
+        setting = Setting(workplace.names, self._map(workplace.names))
         with closing(self._make(setting)) as policy:
-            sentence = client.sentence
+            sentence = self._sentence(workplace)
             policy.reset(self._spec.seed, sentence)
-            observer = Observer(client, setting.key_map, setting.cell.space, setting.arms, sentence)
-            client.start_competition()
-            if not client.wait_until(observer.is_complete, _FIRST):
+            observer = Observer(workplace, setting.key_map, sentence)
+            workplace.start()
+            if not workplace.client.wait_until(observer.is_complete, _FIRST):
                 raise UsageError(f"policy: {', '.join(observer.missing())}: nothing has come within {_FIRST:g} s")
-            episode = _Episode(client, policy, observer, setting, self._rules(client, setting, sentence))
+            rules = self._rules(workplace, setting, sentence)
+            episode = _Episode(workplace, policy, observer, setting, rules)
             try:
                 episode.run()
             finally:
-                log.info("policy: %s", episode.summary())
+                self.summary = episode.summary()
+                log.info("policy: %s", self.summary)
 
-    def _setting(self, client: Client) -> Setting:
-        cell = cell_of(client)
+    def _map(self, cell: Cell) -> KeyMap:
         if self._recorded is not None:
             text = self._recorded.map
-            key_map = map_of_text(text, cell) if text else default_map(cell)
-        else:
-            key_map = load_map(Path(self._spec.map), cell) if self._spec.map else default_map(cell)
-        return Setting(cell, key_map, arms_of(client, cell))
+            return map_of_text(text, cell) if text else default_map(cell)
+        return load_map(map_path(self._spec.map), cell) if self._spec.map else default_map(cell)
 
-    def _rules(self, client: Client, setting: Setting, sentence: str) -> Rules:
+    def _sentence(self, workplace: Workplace) -> str:
+        if self._recorded is not None:
+            return self._recorded.sentence
+        return self._spec.sentence or workplace.sentence
+
+    def _rules(self, workplace: Workplace, setting: Setting, sentence: str) -> Rules:
         if self._recorded is not None:
             return self._recorded
         spec, key_map = self._spec, setting.key_map
-        numerator, denominator = setting.cell.timestep
         source = spec.source
         return Rules(
             policy=spec.policy,
             latency="" if source is None else source.text,
             seed=spec.seed,
-            tick=NANOSECONDS * numerator // denominator,
-            begin=client.transport.now(),
+            timestep=setting.cell.timestep,
+            begin=workplace.client.transport.now(),
             period=period_ticks(key_map.rate, setting.cell.timestep),
             mode=spec.rule,
             horizon=spec.chunk or key_map.chunk,
@@ -118,48 +125,65 @@ class PolicyAgent:
 class _Episode:
     """One episode: from the first control instant to the end of the run."""
 
-    def __init__(self, client: Client, policy: Policy, observer: Observer, setting: Setting, rules: Rules) -> None:
-        self._client, self._policy, self._observer, self._rules = client, policy, observer, rules
+    def __init__(
+        self, workplace: Workplace, policy: Policy, observer: Observer, setting: Setting, rules: Rules
+    ) -> None:
+        self._workplace, self._client = workplace, workplace.client
+        self._policy, self._observer, self._rules = policy, observer, rules
         self._schedule = rules.schedule()
-        self._targets = Targets(setting.key_map, setting.cell.space, setting.arms)
-        self._commands = Commands(client, setting.cell.space, rules.period * rules.tick)
+        self._targets = Targets(setting.key_map, setting.cell.space, workplace.arms)
+        commanded = setting.key_map.channels(setting.cell)
+        self._commander = workplace.commander(int(rules.period * rules.tick), commanded)
         self._latency = _latency_of(policy, rules)
         self._answers: dict[int, Answer] = {}
         self._before: Request | None = None
         self._delays: list[int] = []
+        self._is_held = False
 
     def run(self) -> None:
         """Ask and act at each control instant."""
         client, rules, schedule = self._client, self._rules, self._schedule
-        begin = client.transport.now()
-        values = self._observer.values()
-        self._targets.begin(values)
-        self._commands.begin(values)
+        self._begin()
         client.publish(TOPIC, String(rules.encode()))
         instant = 0
         looking_back = self._policy if isinstance(self._policy, LookingBack) and self._policy.history else None
-        while client.competition_state != "done":
+        while not self._workplace.is_over():
             if schedule.is_due(instant):
-                self._ask(instant, begin)
+                self._ask(instant)
             elif looking_back is not None:
                 looking_back.see(self._observer.observation())
             if (chosen := schedule.choose(instant)) is not None:
-                action = self._answers[chosen.request].actions[chosen.place]
-                try:
-                    self._commands.send(self._targets.take(action))
-                except UsageError as error:
-                    raise PolicyAnswerError(f"request {chosen.request}: {error}") from None
+                self._act(chosen)
             instant += rules.period
-            client.sleep((begin + instant * rules.tick - client.transport.now()) / NANOSECONDS)
+            client.sleep((rules.time(instant) - client.transport.now()) / NANOSECONDS)
+
+    def _begin(self) -> None:
+        """Let steps go on from where everything is now."""
+        values = self._observer.values()
+        self._targets.begin(values)
+        self._commander.begin(values)
+        self._is_held = False
+
+    def _act(self, chosen: Chosen) -> None:
+        """Send the targets of an action, if commands are taken now."""
+        if not self._workplace.takes_commands():
+            self._is_held = True
+            return
+        if self._is_held:
+            self._begin()
+        try:
+            self._commander.send(self._targets.take(self._answers[chosen.request].actions[chosen.place]))
+        except UsageError as error:
+            raise PolicyAnswerError(f"request {chosen.request}: {error}") from None
 
     def summary(self) -> str:
         """Return what there is to say of the episode, in a line."""
-        requests, tick = self._schedule.requests, self._rules.tick / 1e6
+        requests, tick = self._schedule.requests, float(self._rules.tick) / 1e6
         delay = f"{sum(self._delays) / requests * tick:.0f} ms from observation to action" if requests else "no action"
         return f"{requests} requests, {delay}"
 
-    def _ask(self, instant: int, begin: int) -> None:
-        """Ask the policy with what is observed now, and report that to the cell."""
+    def _ask(self, instant: int) -> None:
+        """Ask the policy with what is observed now, and report that."""
         rules, schedule, number = self._rules, self._schedule, self._schedule.requests
         observation = self._observer.observation()
         digest, exposed = digest_of(observation), self._observer.exposed()
@@ -185,7 +209,7 @@ class _Episode:
             first=request.first,
             index=request.index,
             length=request.length,
-            exposed={topic: (time - begin) // rules.tick for topic, time in exposed.items()},
+            exposed={topic: rules.ticks(time) for topic, time in exposed.items()},
             wall=answer.wall,
             infer_ms=answer.infer_ms,
             observation_sha256=digest,
@@ -197,25 +221,6 @@ class _Episode:
         )
         self._before = request
         self._client.publish(TOPIC, String(sent.encode()))
-
-
-def cell_of(client: Client) -> Cell:
-    """Return the names of a client's cell: channels, cameras with colours, and arms."""
-    topics = client.transport.topics()
-    firsts = dict.fromkeys(name.split("/")[2] for name in topics if name.startswith("/ariac/") and name.count("/") > 2)
-    cameras = [name for name in firsts if _COLOUR in picture_topics(f"/ariac/{name}", topics)]
-    return Cell(client.control_space(), cameras, tuple(client.chains()), client.timestep())
-
-
-def arms_of(client: Client, cell: Cell) -> dict[str, ToolArm]:
-    """Return the arms of a client's cell by name."""
-    chains, places = client.chains(), {(each.arm, each.joint): n for n, each in enumerate(cell.space.channels)}
-    return {
-        arm.name: ToolArm(
-            chains[arm.name], arm.pose, tuple(places[arm.namespace, each.name] for each in chains[arm.name].joints)
-        )
-        for arm in client.layout().arms
-    }
 
 
 def _latency_of(policy: Policy, rules: Rules) -> Callable[[Answer], int]:

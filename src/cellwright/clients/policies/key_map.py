@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -17,12 +18,26 @@ SENTENCE = "{sentence}"
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Names of a cell that a map may use, and the length of its ticks [s], as numerator and denominator."""
+    """Names of a cell, or of a robot's node, that a map may use.
+
+    Attributes:
+        space: the channels.
+        cameras: cameras with colours.
+        arms: joints of each arm, by its name: names of channels.
+        timestep: length of a tick [s], as numerator and denominator.
+        grippers_of_arms: the gripper of each arm that has one, by the arm's name.
+    """
 
     space: ControlSpace
     cameras: Sequence[str]
-    arms: Sequence[str]
+    arms: Mapping[str, Sequence[str]]
     timestep: tuple[int, int]
+    grippers_of_arms: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def grippers(self) -> tuple[str, ...]:
+        """Channels that are no joints."""
+        return tuple(each.name for each in self.space.channels if each.kind != "joint")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +57,15 @@ class ToolPose:
 
 
 @dataclass(frozen=True, slots=True)
+class Grip:
+    """Share by which a gripper is closed, float32: numbers between those of an open and of a closed one."""
+
+    name: str
+    open: tuple[float, ...] = (0.0,)
+    closed: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True, slots=True)
 class Picture:
     """Newest picture of a camera, uint8.
 
@@ -49,12 +73,14 @@ class Picture:
         camera: name of the camera.
         size: width and height [px] to which it is fitted, with black borders; None leaves it as it is.
         turned: True if it is turned by half a turn.
+        mirrored: True if left and right change places.
         is_planar: True if colours come first, (3, H, W), and not last.
     """
 
     camera: str
     size: tuple[int, int] | None = None
     turned: bool = False
+    mirrored: bool = False
     is_planar: bool = False
 
 
@@ -72,28 +98,49 @@ class Constant:
     numbers: tuple[float, ...]
 
 
-Numbers: TypeAlias = Channels | ToolPose | Constant
+Numbers: TypeAlias = Channels | ToolPose | Grip | Constant
 Source: TypeAlias = "Numbers | Picture | Words | tuple[Numbers, ...] | Mapping[str, Source]"
 """Origin of an entry of an observation; several sources of numbers are joined, and mappings are nested."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToChannels:
-    """Numbers for channels, one each: targets, or steps from the last targets, after `number * scale + offset`."""
+    """Numbers for channels, one each: targets, or steps from the last targets, after `number * scale + offset`.
+
+    Before that, each is clipped to the `limit` on either side of 0.
+    """
 
     names: tuple[str, ...]
     steps: bool = False
     scale: float = 1.0
     offset: float = 0.0
+    limit: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
 class ToGripper:
-    """One number for a gripper: above the threshold it closes, or below; a suction that is closed is on."""
+    """One number for a gripper: above the threshold it closes, or below; a suction that is closed is on.
+
+    Attributes:
+        ends: numbers of an open and of a closed gripper, in place of the threshold: those between close it in part.
+    """
 
     name: str
     threshold: float = 0.5
     closes_above: bool = True
+    ends: tuple[float, float] | None = None
+
+    def share(self, number: float) -> float:
+        """Return how far a number closes the gripper, from 0 to 1.
+
+        Example:
+            >>> ToGripper("suction", threshold=0.0).share(0.3), ToGripper("width", ends=(1.0, 0.0)).share(0.75)
+            (1.0, 0.25)
+        """
+        if self.ends is None:
+            return float((number > self.threshold) == self.closes_above)
+        opened, closed = self.ends
+        return min(1.0, max(0.0, (number - opened) / (closed - opened)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +152,7 @@ class ToTool:
         frame: `base` or `world`, or `tool` for steps along and about the axes of the tool.
         scale: factor of the position [m].
         turn_scale: factor of a step's rotation [rad].
+        limit: bound of each number on either side of 0, before that.
     """
 
     arm: str
@@ -113,6 +161,7 @@ class ToTool:
     frame: str = "base"
     scale: float = 1.0
     turn_scale: float = 1.0
+    limit: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +205,19 @@ class KeyMap:
     def cameras(self) -> tuple[str, ...]:
         """The cameras whose pictures it uses."""
         return tuple(dict.fromkeys(_cameras_of(self.observation)))
+
+    def channels(self, cell: Cell) -> frozenset[str]:
+        """Return the names of the channels that it commands."""
+        found: set[str] = set()
+        for part in self.actions:
+            match part:
+                case ToChannels(names):
+                    found.update(names)
+                case ToGripper(name):
+                    found.add(name)
+                case ToTool(arm):
+                    found.update(cell.arms[arm])
+        return frozenset(found)
 
 
 def size_of(part: Part) -> int:

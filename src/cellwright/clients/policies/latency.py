@@ -139,7 +139,7 @@ class Latency:
         return _in_nanoseconds(taken)
 
 
-def in_ticks(latency: Fraction, tick: int) -> int:
+def in_ticks(latency: Fraction, tick: Fraction | int) -> int:
     """Return a latency [s] in whole ticks of `tick` [ns], rounded up: within a tick an answer changes nothing.
 
     Example:

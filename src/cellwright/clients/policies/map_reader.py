@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from cellwright.clients.policies.key_map import (
     Cell,
     Channels,
     Constant,
+    Grip,
     KeyMap,
     Part,
     Picture,
@@ -23,8 +24,9 @@ from cellwright.clients.policies.key_map import (
     ToTool,
     Words,
 )
+from cellwright.clients.policies.map_names import MAX_COUNT, channels, is_beyond, named
 from cellwright.clients.policies.rotations import SIZES
-from cellwright.config.control import ControlSpace, period_ticks
+from cellwright.config.control import period_ticks
 from cellwright.config.parsing import reader as read
 from cellwright.config.parsing.reader import Keys, Read, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
@@ -32,13 +34,10 @@ from cellwright.config.parsing.tree import Items, Leaf, Located, Problems, Table
 from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.util.errors import DescriptionError, UsageError, did_you_mean
 
-ALL = "all"
-"""Word for all channels of a cell."""
 MAX_PIXELS = 4096
 """Greatest width and height of a picture for a policy [px]."""
 _FRAMES = ("base", "world", "tool")
 _MODES = ("absolute", "delta")
-_MAX_COUNT = 10_000
 
 
 def load_map(path: Path, cell: Cell) -> KeyMap:
@@ -63,7 +62,7 @@ def _map_of(text: JoinedText, cell: Cell) -> KeyMap:
         {"observation": _observation(cell), "actions": _actions(cell)},
         {
             "rate": _rate(cell.timestep),
-            "chunk": read.whole(1, _MAX_COUNT),
+            "chunk": read.whole(1, MAX_COUNT),
             "stale": read.choice(("drop", "play")),
             "dialect": read.one_of(DIALECT_NAMES, "dialect"),
         },
@@ -90,18 +89,19 @@ def _rate(timestep: tuple[int, int]) -> Read:
 
 def _observation(cell: Cell) -> Read:
     kinds: dict[str, Read] = {
-        "channels": _section({"channels": _channels(cell.space)}, {}, Channels, {"channels": "names"}),
+        "channels": _section({"channels": channels(cell)}, {}, Channels, {"channels": "names"}),
+        "gripper": _grip(cell),
         "pose": _section(
-            {"pose": read.one_of(cell.arms, "arm")},
+            {"pose": named(tuple(cell.arms), "arm")},
             {"rotation": read.one_of(SIZES, "form of rotations"), "frame": read.choice(_FRAMES[:2])},
             ToolPose,
             {"pose": "arm"},
         ),
-        "constant": _section({"constant": _constant}, {}, Constant, {"constant": "numbers"}),
+        "constant": _section({"constant": _numbers}, {}, Constant, {"constant": "numbers"}),
         "camera": _section(
-            {"camera": read.one_of(cell.cameras, "camera")},
-            {"size": _size, "turned": Reader.boolean, "planar": Reader.boolean},
-            Picture,
+            {"camera": named(cell.cameras, "camera")},
+            {"size": _size, **dict.fromkeys(("turned", "mirrored", "planar", "optional"), Reader.boolean)},
+            _picture,
             {"planar": "is_planar"},
         ),
         "text": _section({"text": _text}, {}, Words),
@@ -122,6 +122,8 @@ def _observation(cell: Cell) -> Read:
         found: dict[str, Source] = {}
         given = reader.table(node)
         for entry in given.entries.values() if given else ():
+            if _is_left_out(entry.value, cell):
+                continue
             name, value = reader.text_key(entry), source(reader, entry.value)
             if name is not None and value is not None:
                 found[name] = value
@@ -132,6 +134,37 @@ def _observation(cell: Cell) -> Read:
     return table
 
 
+def _is_left_out(node: YamlNode, cell: Cell) -> bool:
+    """Return whether a node is an optional picture of a camera that the cell lacks."""
+    optional = node.get("optional") if isinstance(node, Table) else None
+    is_optional = isinstance(optional, Leaf) and optional.value is True
+    return is_optional and isinstance(node, Table) and is_beyond(node.get("camera"), cell.cameras)
+
+
+def _picture(**values: Any) -> Picture:
+    values.pop("optional", None)  # it is there
+    return Picture(**values)
+
+
+def _grip(cell: Cell) -> Read:
+    section = _section(
+        {"gripper": named(cell.grippers, "gripper", cell.grippers_of_arms)},
+        {"open": _numbers, "closed": _numbers},
+        Grip,
+        {"gripper": "name"},
+    )
+
+    def grip(reader: Reader, node: YamlNode) -> Grip | None:
+        found: Grip | None = section(reader, node)
+        if found is not None and len(found.open) != len(found.closed):
+            lengths = f"{len(found.open)} and {len(found.closed)}"
+            reader.problems.error(node, f"open and closed must have equally many numbers (got {lengths})")
+            return None
+        return found
+
+    return grip
+
+
 def _is_nested(table: Table, kinds: Mapping[str, Read]) -> bool:
     """Return whether a mapping holds further entries of an observation, and is no source itself."""
     inner = [entry.value for entry in table.entries.values()]
@@ -139,20 +172,14 @@ def _is_nested(table: Table, kinds: Mapping[str, Read]) -> bool:
 
 
 def _actions(cell: Cell) -> Read:
-    grippers = [each.name for each in cell.space.channels if each.kind != "joint"]
-    steps = {"mode": read.choice(_MODES), "scale": Reader.number}
+    steps = {"mode": read.choice(_MODES), "scale": Reader.number, "limit": _positive}
     kinds: dict[str, Read] = {
         "channels": _section(
-            {"channels": _channels(cell.space)}, {**steps, "offset": Reader.number}, ToChannels, {"channels": "names"}
+            {"channels": channels(cell)}, {**steps, "offset": Reader.number}, ToChannels, {"channels": "names"}
         ),
-        "gripper": _section(
-            {"gripper": read.one_of(grippers, "gripper")},
-            {"threshold": Reader.number, "closes": read.choice(("above", "below"))},
-            ToGripper,
-            {"gripper": "name", "closes": "closes_above"},
-        ),
+        "gripper": _to_gripper(cell),
         "pose": _section(
-            {"pose": read.one_of(cell.arms, "arm")},
+            {"pose": named(tuple(cell.arms), "arm")},
             {
                 **steps,
                 "rotation": read.one_of(SIZES, "form of rotations"),
@@ -162,7 +189,7 @@ def _actions(cell: Cell) -> Read:
             ToTool,
             {"pose": "arm"},
         ),
-        "skip": _section({"skip": read.whole(1, _MAX_COUNT)}, {}, Skip, {"skip": "count"}),
+        "skip": _section({"skip": read.whole(1, MAX_COUNT)}, {}, Skip, {"skip": "count"}),
     }
 
     def parts(reader: Reader, node: YamlNode) -> tuple[Part, ...] | None:
@@ -174,6 +201,34 @@ def _actions(cell: Cell) -> Read:
         return None if None in found else tuple(found)
 
     return parts
+
+
+def _to_gripper(cell: Cell) -> Read:
+    section = _section(
+        {"gripper": named(cell.grippers, "gripper", cell.grippers_of_arms)},
+        {
+            "threshold": Reader.number,
+            "closes": read.choice(("above", "below")),
+            "open": Reader.number,
+            "closed": Reader.number,
+        },
+        dict,
+        {"gripper": "name", "closes": "closes_above"},
+    )
+
+    def part(reader: Reader, node: YamlNode) -> ToGripper | None:
+        values = section(reader, node)
+        if values is None:
+            return None
+        ends = [values.pop(name) for name in ("open", "closed") if name in values]
+        if not ends:
+            return ToGripper(**values)
+        if len(set(ends)) != 2 or len(values) > 1:
+            reader.problems.error(node, "give two different numbers, open and closed, or threshold and closes alone")
+            return None
+        return ToGripper(**values, ends=(ends[0], ends[1]))
+
+    return part
 
 
 def _check_parts(reader: Reader, where: Located, parts: Sequence[Part]) -> None:
@@ -204,7 +259,10 @@ def _one(kinds: Mapping[str, Read], reader: Reader, node: YamlNode) -> Any:
 
 
 def _section(
-    required: Mapping[str, Read], optional: Mapping[str, Read], make: type, names: Mapping[str, str] | None = None
+    required: Mapping[str, Read],
+    optional: Mapping[str, Read],
+    make: Callable[..., Any],
+    names: Mapping[str, str] | None = None,
 ) -> Read:
     """Return a reader of a mapping for a class; `names` are those of its fields that differ from the keys."""
     keys = Keys(required, optional, strict="entry")
@@ -223,21 +281,6 @@ def _section(
     return section
 
 
-def _channels(space: ControlSpace) -> Read:
-    known = read.one_of(space.names, "channel")
-
-    def channels(reader: Reader, node: YamlNode) -> tuple[str, ...] | None:
-        if isinstance(node, Leaf) and node.value == ALL:
-            return space.names
-        if not isinstance(node, Items) or not node.items:
-            reader.problems.error(node, f"must be {ALL}, or a list of channels (got {describe(node)})")
-            return None
-        names = [known(reader, item) for item in node.items]
-        return None if None in names else tuple(names)
-
-    return channels
-
-
 def _size(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     side = read.whole(1, MAX_PIXELS, "px")
     if not isinstance(node, Items) or len(node.items) != 2:
@@ -247,7 +290,15 @@ def _size(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     return None if width is None or height is None else (width, height)
 
 
-def _constant(reader: Reader, node: YamlNode) -> tuple[float, ...] | None:
+def _positive(reader: Reader, node: YamlNode) -> float | None:
+    number = reader.number(node)
+    if number is not None and number <= 0.0:
+        reader.problems.error(node, f"must be above 0 (got {number:g})")
+        return None
+    return number
+
+
+def _numbers(reader: Reader, node: YamlNode) -> tuple[float, ...] | None:
     items = node.items if isinstance(node, Items) else (node,)
     numbers = [reader.number(item) for item in items]
     return None if None in numbers else tuple(float(each) for each in numbers if each is not None)

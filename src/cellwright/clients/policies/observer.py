@@ -1,4 +1,4 @@
-"""Observations of a cell for a policy, from the newest messages of a client, by a key map."""
+"""Observations of a workplace for a policy, from the newest messages of a client, by a key map."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.clients.client.arm import ClientArm
-from cellwright.clients.client.client import Client
 from cellwright.clients.client.pictures import LatestPicture
-from cellwright.clients.client.session import Latest
 from cellwright.clients.policies.key_map import (
     SENTENCE,
     Channels,
     Constant,
+    Grip,
     KeyMap,
     Numbers,
     Picture,
@@ -27,28 +25,25 @@ from cellwright.clients.policies.key_map import (
 )
 from cellwright.clients.policies.pictures import fitted
 from cellwright.clients.policies.rotations import numbers_of
-from cellwright.clients.policies.targets import ToolArm
-from cellwright.config.control import Channel, ControlSpace
+from cellwright.clients.policies.targets import share_of_value
+from cellwright.clients.policies.workplace import Workplace
 from cellwright.middleware.messages.conversions import nanoseconds
 
 
 class Observer:
-    """Observer of a cell: it subscribes to what the map uses, and to the state of all channels.
+    """Observer of a workplace: it subscribes to what the map uses, and to the state of all channels.
 
     Args:
-        client: client of the cell.
+        workplace: the cell, or the robot's node.
         key_map: the map.
-        space: the channels.
-        arms: arms whose tools the map observes, by name.
         sentence: the task.
     """
 
-    def __init__(
-        self, client: Client, key_map: KeyMap, space: ControlSpace, arms: Mapping[str, ToolArm], sentence: str
-    ) -> None:
-        self._map, self._space, self._arms, self._sentence = key_map, space, arms, sentence
-        self._cameras = {name: client.camera(name) for name in key_map.cameras}
-        self._readers = [_reader_of(client, channel) for channel in space.channels]
+    def __init__(self, workplace: Workplace, key_map: KeyMap, sentence: str) -> None:
+        self._map, self._space, self._arms = key_map, workplace.names.space, workplace.arms
+        self._sentence = sentence
+        self._cameras = {name: workplace.camera(name) for name in key_map.cameras}
+        self._readers = workplace.readers()
         self._latest = list(dict.fromkeys(latest for _, latest in self._readers))
 
     def is_complete(self) -> bool:
@@ -82,7 +77,7 @@ class Observer:
                 return text.replace(SENTENCE, self._sentence)
             case tuple():
                 return np.concatenate([self._numbers(each, values) for each in source])
-            case Channels() | ToolPose() | Constant():
+            case Channels() | ToolPose() | Grip() | Constant():
                 return self._numbers(source, values)
         return {name: self._of(each, values) for name, each in source.items()}
 
@@ -92,17 +87,21 @@ class Observer:
                 found: Sequence[float] = [values[self._space.index(name)] for name in names]
             case Constant(numbers):
                 found = numbers
+            case Grip(name, opened, closed):
+                share = share_of_value(self._space.channels[self._space.index(name)], values[self._space.index(name)])
+                found = [begin + share * (end - begin) for begin, end in zip(opened, closed, strict=True)]
             case ToolPose(name, rotation, frame):
                 arm = self._arms[name]
                 pose = arm.base_T_tool(values)
-                pose = arm.world_T_base @ pose if frame == "world" else pose
+                pose = arm.world_T_base(values) @ pose if frame == "world" else pose
                 found = [*pose.position, *numbers_of(pose.quaternion, rotation)]
         return np.array(found, np.float32)
 
     def _picture(self, source: Picture) -> NDArray[np.uint8]:
         colour = _picture(self._cameras[source.camera]).colour
         assert colour is not None  # maps name cameras with colours
-        turned = colour[::-1, ::-1] if source.turned else colour
+        rows, columns = (-1 if flipped else 1 for flipped in (source.turned, source.turned != source.mirrored))
+        turned = colour[::rows, ::columns]
         found = np.ascontiguousarray(turned if source.size is None else fitted(turned, source.size))
         return np.ascontiguousarray(found.transpose(2, 0, 1)) if source.is_planar else found
 
@@ -135,27 +134,3 @@ def _feed(update: Callable[[bytes], None], value: Any) -> None:
 def _picture(camera: LatestPicture) -> Any:
     assert camera.message is not None  # nothing is observed before `is_complete`
     return camera.message
-
-
-def _reader_of(client: Client, channel: Channel) -> tuple[Callable[[], float], Latest]:
-    """Return what reads the value of a channel, and whose message it reads."""
-    if channel.robot:
-        space = next(each.namespace for each in client.layout().robots if each.name == channel.robot)
-        states = _shared(client, f"/{space}/joint_states")
-        return lambda: _position(states, channel.joint), states
-    arm: ClientArm = client.arm(channel.arm) if channel.arm else client
-    if channel.kind == "joint":
-        return lambda: _position(arm.joint_states, channel.joint), arm.joint_states
-    if channel.kind == "suction":
-        return lambda: float(arm.gripper_enabled), arm.gripper
-    return lambda: arm.gripper_width or 0.0, arm.joint_states
-
-
-def _shared(client: Client, topic: str) -> Latest:
-    """Return the newest message of a topic; one subscription serves all joints of a robot."""
-    found = next((each for each in client._kept if each.topic == topic), None)
-    return client.latest(topic) if found is None else found
-
-
-def _position(states: Latest, joint: str) -> float:
-    return float(states.message.position[states.message.name.index(joint)])

@@ -6,15 +6,16 @@ from urllib.parse import urlsplit
 
 from cellwright.clients.policies.actions import ActionFormat
 from cellwright.clients.policies.agent import PolicyAgent, Setting
+from cellwright.clients.policies.cell_workplace import cell_names
 from cellwright.clients.policies.connect import BASELINES, SCHEMES, connect
 from cellwright.clients.policies.dialects import GROOT_MODALITIES
 from cellwright.clients.policies.key_map import RATE, Cell
 from cellwright.clients.policies.map_reader import load_map
 from cellwright.clients.policies.policy import Policy, PolicyConnectionError, PolicyError
+from cellwright.clients.policies.presets import map_path
 from cellwright.clients.policies.recorded import RecordedPolicy
 from cellwright.clients.policies.spec import MAP, PolicySpec
-from cellwright.config.control import ControlSpace, period_ticks
-from cellwright.config.sensors import PictureCameraConfig
+from cellwright.config.control import period_ticks
 from cellwright.config.trial.trial import Trial
 from cellwright.util import plugins
 from cellwright.util.errors import UsageError
@@ -45,19 +46,23 @@ def check_policy(words: str, trial: Trial) -> None:
         UsageError: the cell has nothing to command, a control period would be no whole number of its ticks, or the
             policy is one of GR00T's and gets other names than it knows.
     """
-    spec = PolicySpec.read(words)
-    space, timestep = ControlSpace.of(trial), trial.settings.timestep
-    if not space.channels:
+    cell = cell_names(trial)
+    if not cell.space.channels:
         raise UsageError(f"{trial.name}: there is no arm and no robot for a policy to command; add one to its cell")
+    check_map(words, cell)
+
+
+def check_map(words: str, cell: Cell) -> None:
+    """Check that the map of a policy fits a cell or a robot's node, by its names; errors as of `check_policy`."""
+    spec = PolicySpec.read(words)
     if spec.map:
-        cameras = [each.name for each in trial.sensors if isinstance(each, PictureCameraConfig) and each.has_colour]
-        key_map = load_map(Path(spec.map), Cell(space, cameras, [arm.name for arm in trial.arms], timestep))
+        key_map = load_map(map_path(spec.map), cell)
         if spec.policy.startswith(_GROOT):
             _check_names(spec, key_map.observation)
     elif spec.policy.startswith(_GROOT):
         raise UsageError(f"{spec.policy}: its policies have names of their own for what they see; add {MAP}")
     else:
-        period_ticks(RATE, timestep)
+        period_ticks(RATE, cell.timestep)
 
 
 def _check_names(spec: PolicySpec, names: Iterable[str]) -> None:

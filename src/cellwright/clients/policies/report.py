@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 from dataclasses import asdict, dataclass, field
+from fractions import Fraction
 from typing import Any
 
 import msgspec
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 
 from cellwright.clients.policies.latency import Latency, Source, in_ticks
 from cellwright.clients.policies.schedule import Mode, Request, Schedule
+from cellwright.middleware.messages.conversions import NANOSECONDS
 from cellwright.util.errors import UsageError
 
 TOPIC = "/cellwright/policy"
@@ -37,7 +40,7 @@ class Rules:
         policy: the policy's address or class, as given.
         latency: source of the latencies, as given; empty where the world stands still.
         seed: the run's seed.
-        tick: length of a tick [ns].
+        timestep: length of a tick [s], as numerator and denominator.
         begin: time of the first control instant [ns].
         sentence: the task.
         map: text of the key map; empty for that of the cell.
@@ -46,7 +49,7 @@ class Rules:
     policy: str
     latency: str
     seed: int
-    tick: int
+    timestep: tuple[int, int]
     begin: int
     period: int
     mode: Mode
@@ -55,6 +58,22 @@ class Rules:
     thinks_first: bool = False
     sentence: str = ""
     map: str = ""
+
+    @property
+    def tick(self) -> Fraction:
+        """Length of a tick [ns]."""
+        return NANOSECONDS * Fraction(*self.timestep)
+
+    def time(self, ticks: int) -> int:
+        """Return the time [ns] a number of ticks after the begin, for a client that waits for that tick.
+
+        Clocks round to whole nanoseconds: where ticks are none, the time is a little before.
+        """
+        return self.begin + math.floor(ticks * self.tick) - (self.tick.denominator != 1)
+
+    def ticks(self, time: int) -> int:
+        """Return the ticks from the begin to a time [ns] that a clock has rounded."""
+        return math.floor((time - self.begin + 1) / self.tick)
 
     def schedule(self) -> Schedule:
         """Return a schedule by these rules.
@@ -148,7 +167,7 @@ def decode_report(text: str) -> Rules | RequestReport:
         found: Rules | RequestReport
         if kind == "rules":
             found = msgspec.convert(values, Rules)
-            if not (0 < found.period < _END and 0 < found.tick < _END):
+            if not (0 < found.period < _END and all(0 < each < _END for each in found.timestep)):
                 raise ValueError("a number is out of range")
         elif kind == "request":
             found = msgspec.convert(values, RequestReport)

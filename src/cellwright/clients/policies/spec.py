@@ -8,12 +8,14 @@ from pathlib import Path
 
 from cellwright.clients.policies.latency import OPTION as LATENCY
 from cellwright.clients.policies.latency import Latency
+from cellwright.clients.policies.presets import map_path
 from cellwright.clients.policies.schedule import Mode
 from cellwright.util.errors import UsageError, did_you_mean
 
 AGENT = "policy"
 """Name of the agent that lets a policy work; the words of a policy follow it."""
 POLICY, MAP, MODE, CHUNK, THINK_FIRST = "--policy", "--policy-map", "--policy-mode", "--chunk", "--think-first"
+SENTENCE = "--sentence"
 _SEED = "--policy-seed"  # of each run, for its own process
 MAX_CHUNK = 10_000
 MEASURED = "measured"
@@ -34,12 +36,13 @@ class PolicySpec:
 
     Attributes:
         policy: address of a server, `path.py:Class`, `hold`, `random`, or the reports of a recorded episode.
-        map: file of the key map; empty for that of the cell.
+        map: file of the key map, or a preset; empty for that of the cell.
         latency: source of the latencies; empty for the one that the mode implies.
         mode: mode of the schedule; empty for `frozen` without a latency, else `async`.
         chunk: number of actions after which it is asked again; None: that of the map.
         thinks_first: True if the world stands still for the first request.
         seed: seed of the run.
+        sentence: the task in words; empty for that of the trial.
     """
 
     policy: str
@@ -49,6 +52,7 @@ class PolicySpec:
     chunk: int | None = None
     thinks_first: bool = False
     seed: int = 0
+    sentence: str = ""
 
     @classmethod
     def of(
@@ -60,13 +64,14 @@ class PolicySpec:
         mode: str = "",
         chunk: int | None = None,
         thinks_first: bool = False,
+        sentence: str = "",
     ) -> PolicySpec:
         """Return the policy of these options.
 
         Raises:
             UsageError: a value is not valid, or two do not go together.
         """
-        found = cls(policy, map_file, latency, mode, chunk, thinks_first)
+        found = cls(policy, map_file, latency, mode, chunk, thinks_first, sentence=sentence)
         found.check()
         return found
 
@@ -84,7 +89,7 @@ class PolicySpec:
         given: dict[str, str] = {}
         for word in rest:
             given[word] = "" if word == THINK_FIRST else next(rest, "")
-        known = (POLICY, MAP, LATENCY, MODE, CHUNK, THINK_FIRST, _SEED)
+        known = (POLICY, MAP, LATENCY, MODE, CHUNK, THINK_FIRST, _SEED, SENTENCE)
         if unknown := [word for word in given if word not in known]:
             raise UsageError(f"agent {AGENT}: unknown option {unknown[0]}{did_you_mean(unknown[0], known)}")
         if not given.get(POLICY):
@@ -101,6 +106,7 @@ class PolicySpec:
             chunk,
             THINK_FIRST in given,
             seed or 0,
+            given.get(SENTENCE, ""),
         )
         found.check()
         return found
@@ -108,7 +114,7 @@ class PolicySpec:
     @property
     def words(self) -> str:
         """The words of a command line that say the same, but for the seed of a run of its own."""
-        options = {POLICY: self.policy, MAP: self.map, LATENCY: self.latency, MODE: self.mode}
+        options = {POLICY: self.policy, MAP: self.map, LATENCY: self.latency, MODE: self.mode, SENTENCE: self.sentence}
         words = [AGENT, *(word for name, value in options.items() if value for word in (name, value))]
         words += [CHUNK, str(self.chunk)] if self.chunk is not None else []
         words += [THINK_FIRST] if self.thinks_first else []
@@ -134,8 +140,9 @@ class PolicySpec:
     def files(self) -> tuple[Path, ...]:
         """The files that its answers and its rules depend on, besides a program."""
         kind, _, path = self.latency.partition(":")
-        named = [self.map, path if kind == "file" else "", self.policy if self.is_recorded else ""]
-        return tuple(Path(each) for each in named if each)
+        named = [path if kind == "file" else "", self.policy if self.is_recorded else ""]
+        maps = [map_path(self.map)] if self.map else []
+        return (*maps, *(Path(each) for each in named if each))
 
     def check(self) -> None:
         """Refuse values that are not valid.
@@ -149,7 +156,7 @@ class PolicySpec:
             raise UsageError(f"{CHUNK} {self.chunk}: must be from 1 to {MAX_CHUNK}")
         if self.rule is Mode.FROZEN and self.latency:
             raise UsageError(f"{MODE} {Mode.FROZEN}: the world stands while the policy thinks; leave out {LATENCY}")
-        given = (self.map, self.latency, self.mode, self.chunk, self.thinks_first)
+        given = (self.map, self.latency, self.mode, self.chunk, self.thinks_first, self.sentence)
         if self.policy.endswith((RECORDING, REPORTS)) and any(given):
             raise UsageError(f"{POLICY} {self.policy}: the recording has its own rules; leave out the other options")
         _ = self.source

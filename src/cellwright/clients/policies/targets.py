@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cellwright.clients.policies.key_map import KeyMap, Part, Skip, ToChannels, ToGripper, ToTool, size_of
 from cellwright.clients.policies.rotations import SIZES, rotation_of, rotation_vector
-from cellwright.config.control import ControlSpace
+from cellwright.config.control import Channel, ControlSpace
 from cellwright.motion.chain import Chain
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, normalized, quaternion_product
@@ -29,15 +29,31 @@ _LARGEST = 0.2  # [rad; m] of a joint in one iteration
 
 @dataclass(frozen=True)
 class ToolArm:
-    """An arm whose tool is commanded: its chain, the frame of its mount, and its joints' places among the channels."""
+    """An arm whose tool is commanded.
+
+    Attributes:
+        chain: the arm, from the frame of its mount.
+        world_T_begin: that frame; where joints move it, the frame in which the `mount` begins.
+        places: places of the arm's joints among the channels.
+        mount: chain from there to the arm's first frame, such as a robot's lift; None if nothing moves that.
+        mount_places: places of its joints among the channels.
+    """
 
     chain: Chain
-    world_T_base: Pose
+    world_T_begin: Pose
     places: tuple[int, ...]
+    mount: Chain | None = None
+    mount_places: tuple[int, ...] = ()
 
     def base_T_tool(self, values: Sequence[float]) -> Pose:
         """Return the pose of the tool at the values of all channels."""
         return self.chain.tool([values[place] for place in self.places])
+
+    def world_T_base(self, values: Sequence[float]) -> Pose:
+        """Return the frame of the arm's mount at the values of all channels."""
+        if self.mount is None:
+            return self.world_T_begin
+        return self.world_T_begin @ self.mount.tool([values[place] for place in self.mount_places])
 
 
 class Targets:
@@ -84,16 +100,13 @@ class Targets:
 
     def _apply(self, part: Part, numbers: Sequence[float], values: list[float]) -> None:
         match part:
-            case ToChannels(names, steps, scale, offset):
-                for name, number in zip(names, numbers, strict=True):
+            case ToChannels(names, steps, scale, offset, limit):
+                for name, number in zip(names, _clipped(numbers, limit), strict=True):
                     place = self._space.index(name)
                     values[place] = (values[place] if steps else 0.0) + number * scale + offset
-            case ToGripper(name, threshold, closes_above):
-                channel = self._space.channels[self._space.index(name)]
-                is_closed = (numbers[0] > threshold) == closes_above
-                # a suction that is closed is on; fingers that are closed have no width
-                is_high = is_closed == (channel.kind == "suction")
-                values[self._space.index(name)] = channel.high if is_high else channel.low
+            case ToGripper():
+                place = self._space.index(part.name)
+                values[place] = value_of_share(self._space.channels[place], part.share(numbers[0]))
             case ToTool():
                 arm = self._arms[part.arm]
                 found = _solve(arm, _tool_target(part, arm, numbers, values), values)
@@ -103,19 +116,39 @@ class Targets:
                 pass
 
 
+def value_of_share(channel: Channel, share: float) -> float:
+    """Return the value of a gripper's channel that is closed by a share from 0 to 1; a suction that is on is closed.
+
+    Example:
+        >>> value_of_share(Channel("width", "width", "m", 0.0, 0.08), 1.0)
+        0.0
+    """
+    return channel.high - share * (channel.high - channel.low) if channel.kind == "width" else share
+
+
+def share_of_value(channel: Channel, value: float) -> float:
+    """Return the share from 0 to 1 by which a gripper is closed, by the value of its channel."""
+    return (channel.high - value) / (channel.high - channel.low) if channel.kind == "width" else value
+
+
+def _clipped(numbers: Sequence[float], limit: float) -> list[float]:
+    return [min(max(each, -limit), limit) for each in numbers]
+
+
 def _tool_target(part: ToTool, arm: ToolArm, numbers: Sequence[float], values: Sequence[float]) -> Pose:
     """Return base_T_tool that a part of an action asks for."""
+    numbers = _clipped(numbers, part.limit)
     x, y, z = (part.scale * each for each in numbers[:3])
     rotation = rotation_of(numbers[3:], part.rotation)
     present = arm.base_T_tool(values)
     if not part.steps:
         given = Pose((x, y, z), rotation)
-        target = arm.world_T_base.relative(given) if part.frame == "world" else given
+        target = arm.world_T_base(values).relative(given) if part.frame == "world" else given
         return target if SIZES[part.rotation] else Pose(target.position, present.quaternion)
     turn = rotation_of([part.turn_scale * each for each in rotation_vector(rotation)], "axis_angle")
     if part.frame == "tool":
         return present @ Pose((x, y, z), turn)
-    axes = arm.world_T_base.inverse() if part.frame == "world" else Pose()
+    axes = arm.world_T_base(values).inverse() if part.frame == "world" else Pose()
     px, py, pz = present.position
     dx, dy, dz = axes.rotate((x, y, z))
     # along and about the axes of base or world, and not those of the tool: the turn comes from the left

@@ -44,7 +44,7 @@ class EpisodeCheck:
     ones of a policy that goes in steps tell where it began.
 
     Args:
-        cell: the cell of the recorded run; None for a robot, which no policy works.
+        cell: the cell of the recorded run; None for a robot's node, of which the requests alone are checked.
 
     Attributes:
         fault: the first fault, in a line that names the request; empty if there is none.
@@ -53,7 +53,7 @@ class EpisodeCheck:
     def __init__(self, cell: Cell | None) -> None:
         self.fault = ""
         self._cell = cell
-        self._reports = ReportCheck(has_commands=True)
+        self._reports = ReportCheck(has_commands=cell is not None)
         self._commands: _Commands | None = None
 
     @property
@@ -63,13 +63,13 @@ class EpisodeCheck:
 
     def take(self, command: Command) -> None:
         """Check a command or report of the run, in their order; after a fault nothing more is checked."""
-        if self.fault or self._cell is None:
+        if self.fault:
             return
         try:
             if report := report_in(command):
                 self._reports.take(report)
                 self.fault = self._reports.fault
-                if not self.fault and isinstance(rules := decode_report(report), Rules):
+                if not self.fault and self._cell is not None and isinstance(rules := decode_report(report), Rules):
                     self._commands = _Commands(self._cell, rules, command)
             elif self._commands is not None:
                 self._commands.check(command, self._reports)
@@ -88,15 +88,15 @@ class _Commands:
 
     def __init__(self, cell: Cell, rules: Rules, begin: Command) -> None:
         from cellwright.clients.client.client import Client
-        from cellwright.clients.policies.agent import arms_of, cell_of
+        from cellwright.clients.policies.cell_workplace import CellWorkplace
         from cellwright.clients.policies.key_map import default_map
         from cellwright.clients.policies.map_reader import map_of_text
         from cellwright.clients.policies.targets import Targets
 
-        client = Client.in_process(cell)
-        names = cell_of(client)
+        place_of_work = CellWorkplace(Client.in_process(cell))
+        names = place_of_work.names
         key_map = map_of_text(rules.map, names) if rules.map else default_map(names)
-        self._targets = Targets(key_map, names.space, arms_of(client, names))
+        self._targets = Targets(key_map, names.space, place_of_work.arms)
         self._begin, self._node = begin.tick, begin.node
         spaces = {each.name: each.namespace for each in cell.trial.layout.robots}
         self._places: dict[str, dict[str, int]] = {}

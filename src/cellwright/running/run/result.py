@@ -53,7 +53,8 @@ class SessionResult:
         ('until', 0.1)
 
     Attributes:
-        outcome: its end: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
+        outcome: its end: an `Outcome` for a cell; else `stopped`, `until` (its time was over), `unstable`, or
+            `infrastructure` (its policy could not be asked).
         error: the error in words; empty if there was none.
         simulated: simulation time that passed.
         wall: wall time that passed.

@@ -22,7 +22,7 @@ from cellwright.running.run.agent_work import work_in_process
 from cellwright.running.run.files import RunFiles, opened_origin
 from cellwright.running.run.loading import AnyTarget, target_of
 from cellwright.running.run.options import Outputs, PageOptions, RecordOptions, RunOptions, ServerOptions
-from cellwright.running.run.result import Outcome, SessionResult
+from cellwright.running.run.result import SessionResult
 from cellwright.running.run.state import RunState
 from cellwright.running.run.target import Origin, Player, RealTime, Refereed, Restartable, RunControls
 from cellwright.util.errors import RejectedCommandError, UsageError
@@ -37,7 +37,7 @@ _CLOSED = "the session is closed and its resources are released; make a new one"
 
 
 class Program(ABC):
-    """Program that works a session in place of an agent in this process, such as an agent in a process of its own.
+    """Program that works a session in place of an agent of a cell, such as an agent in a process of its own.
 
     Example:
         >>> import cellwright
@@ -50,7 +50,7 @@ class Program(ABC):
     """
 
     @abstractmethod
-    def work(self, session: Session) -> tuple[Outcome, str]:
+    def work(self, session: Session) -> tuple[str, str]:
         """Let time pass until the run is over.
 
         Returns:
@@ -222,7 +222,7 @@ class Session:
         has_end = until is not None or self.stop.deadline != NEVER or isinstance(self.target, Player)
         if program is None and self.server is None and not has_end:
             raise UsageError("until: a run without an agent needs an end; pass a time, such as until=10.0")
-        if program is not None and self._referee is None:
+        if program is not None and not isinstance(program, Program) and self._referee is None:
             raise UsageError("program: an agent needs a cell; for a robot use session.client()")
         if isinstance(program, str | type):
             program = find_agent(program)() if isinstance(program, str) else maker_of(program.__qualname__, program)()
