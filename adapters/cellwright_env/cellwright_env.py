@@ -65,7 +65,7 @@ class RemoteEnv:
         rate: control periods in a second [Hz].
         control: `absolute` or `delta`.
         cameras: names of the cameras whose pictures are observed.
-        privileged: whether `environment_state` is observed, which no real sensor tells.
+        privileged: True to observe `environment_state`, which no real sensor tells.
 
     Attributes:
         description: description of the environment by its server: names, units and bounds of actions, and observations.

@@ -40,7 +40,7 @@ class GrootPolicy(ServerPolicy):
 
     Attributes:
         metadata: the modalities, each with its `modality_keys` and `delta_indices`.
-        history: how many control periods back it looks; if any, `see` wants each observation without a request.
+        history: number of control periods that it looks back; if any, `see` wants each observation without a request.
 
     Raises:
         PolicyError: an address that is none, or an unknown dialect.

@@ -85,7 +85,7 @@ class LookingBack(Protocol):
     """A policy that wants earlier observations too.
 
     Attributes:
-        history: how many control periods it looks back; 0: none.
+        history: number of control periods that it looks back; 0: none.
     """
 
     history: int

@@ -14,7 +14,7 @@ class InfrastructureLoss:
     Attributes:
         trial: name of the trial.
         seed: seed of the run.
-        fault: what ended it, in one line.
+        fault: reason of its end, in one line.
 
     Example:
         >>> InfrastructureLoss("lesson", 2, "ws://127.0.0.1:1: cannot be reached; no result after 3 starts").line
