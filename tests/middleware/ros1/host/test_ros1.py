@@ -186,7 +186,7 @@ def test_own_master_that_is_killed_is_restarted(no_master: Ground) -> None:
 def test_node_ended_by_rosnode_kill_registers_again(master: Ground) -> None:
     cell = master.serve("lesson")
     master.tool("rosnode", "kill", GAZEBO)
-    cell.wait_for("all topics and services are registered again")
+    cell.wait_for("all topics and services are in ROS 1 again")
     assert GAZEBO in nodes(master)
 
 
@@ -197,10 +197,10 @@ def test_bridge_yields_to_other_node_of_same_name(master: Ground) -> None:
     usurper.wait_for("there")
     cell.wait_for("another node has the name /gazebo now")
     assert cell.running
-    assert "are registered again" not in cell.out
+    assert "in ROS 1 again" not in cell.out
     usurper.signal(signal.SIGKILL)
     usurper.finish()
-    cell.wait_for("all topics and services are registered again")
+    cell.wait_for("all topics and services are in ROS 1 again")
 
 
 def test_ctrl_c_ends_all_and_unregisters_at_master(master: Ground) -> None:
