@@ -16,7 +16,7 @@ MAX_SETPOINT: Final = 1e6
 The engine takes much larger setpoints as a sign of divergence and zeroes all of them.
 """
 
-MAX_BATCH: Final = 128
+MAX_BATCH: Final = 256
 """Maximum number of ticks that are evaluated at once."""
 
 _FIRST_BATCH = 32  # a whole control period of a program; fewer ticks would cost nearly as much

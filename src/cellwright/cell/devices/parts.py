@@ -130,8 +130,8 @@ class Parts(Device):
         if not self.all:
             return []
         positions = self.positions()
-        hit = np.all((positions >= lower) & (positions <= upper), axis=1)
-        return [each for index in np.flatnonzero(hit).tolist() if (each := self.all[index]).name in self.in_play]
+        hit = ((positions >= lower) & (positions <= upper)).all(axis=1).nonzero()[0]
+        return [each for index in hit.tolist() if (each := self.all[index]).name in self.in_play]
 
     def pose(self, part: WorldPart) -> Pose:
         """Return world_T_part as of this tick."""

@@ -163,6 +163,7 @@ class ModelSnapshot:
         self._arrange(self.save())
         self._counts = np.array([len(each.geoms) for each in self.models], dtype=np.intp)
         self._owners = np.repeat(np.arange(len(self.models)), self._counts)
+        self._rows = np.split(np.arange(len(self._owners)), np.cumsum(self._counts)[:-1])
         self._local_centres = model.geom_aabb[self._geoms, None, :3]
         self._local_halves = model.geom_aabb[self._geoms, None, 3:]
         types = model.geom_type[self._geoms]
@@ -249,12 +250,11 @@ class ModelSnapshot:
         poses = np.concatenate([source.xpos.take(self._bodies, 0), source.xquat.take(self._bodies, 0)], axis=1)
         poses[self._absent] = _ORIGIN
         # most parts rest: only what moved since the state before is computed again
-        moved = (poses != self._poses).any(axis=1) | self._is_jointed
-        if loaded is None:
-            moved[:] = True
+        is_moved = (poses != self._poses).any(axis=1) | self._is_jointed
+        moved = is_moved.nonzero()[0] if loaded is not None else np.arange(len(self.models))
         self._loaded, self._poses = state, poses
         self._boxes = self._seen = None
-        if moved.any():
+        if moved.size:
             self._update(source, moved)
 
     def _arrange(self, state: StoredState) -> None:
@@ -265,13 +265,14 @@ class ModelSnapshot:
         for body in bodies:
             if body not in self._geoms_of:
                 self._geoms_of[body] = collision_geoms(state.model, body)
-        self._absent = [self._places[name] for name, _, is_shown in state.parts if not is_shown]
+        absent = [self._places[name] for name, _, is_shown in state.parts if not is_shown]
+        self._absent = np.array(absent, dtype=np.intp)
         self._bodies = np.array(bodies, dtype=np.intp)
         self._geoms = np.array([geom for body in bodies for geom in self._geoms_of[body]], dtype=np.intp)
 
-    def _update(self, source: mujoco.MjData, moved: NDArray[np.bool_]) -> None:
+    def _update(self, source: mujoco.MjData, moved: NDArray[np.intp]) -> None:
         """Compute the bounds of some models, and the views that they are in."""
-        rows = moved[self._owners].nonzero()[0]
+        rows = np.concatenate([self._rows[model] for model in moved.tolist()])
         geoms = self._geoms.take(rows)
         rotations = source.geom_xmat.take(geoms, 0).reshape(-1, 3, 3)
         centres = source.geom_xpos.take(geoms, 0) + (rotations * self._local_centres.take(rows, 0)).sum(axis=2)
@@ -280,12 +281,13 @@ class ModelSnapshot:
         halves = np.where(self._is_round.take(rows), np.hypot(x, y), x + y) + z
         if (some := self._is_ball.take(rows)).any():
             halves = np.where(some, np.hypot(np.hypot(x, y), z), halves)
-        firsts = np.cumsum(self._counts[moved]) - self._counts[moved]
+        counts = self._counts.take(moved)
+        firsts = np.cumsum(counts) - counts
         self._bounds[moved] = np.concatenate(
             [np.minimum.reduceat(centres - halves.T, firsts), np.maximum.reduceat(centres + halves.T, firsts)], axis=1
         )
         self._bounds[self._absent] = _NOWHERE
-        bounds = self._bounds[moved]
+        bounds = self._bounds.take(moved, 0)
         inside = (bounds @ self._views >= self._offsets).reshape(len(bounds), -1, _PLANES)
         self._in_view[moved] = inside.all(axis=2)
 

@@ -283,6 +283,8 @@ class VacuumGripper(VacuumCheck, Device):
         mark of a disk does. Without the disc it would seem to be tilted by the bevel's angle, or not to be touched yet.
         """
         data = self.simulation.data
+        if not data.ncon:
+            return self._before_face()
         pairs = data.contact.geom
         axis = np.array(data.xmat[self._body].reshape(3, 3)[:, 2])
         touching = []
