@@ -178,7 +178,7 @@ def compare(folder: Path, on_progress: OnProgress, *, quick: bool = False) -> It
 
 
 def figures(label: str, run: FinishedRun, seconds: int, maximum: float) -> Iterator[Figure]:
-    """Yield the figures of a run, whose time is at most to be so many times that of its engine."""
+    """Yield the figures of a run; its time is to be at most `maximum` times that of its engine."""
     rest = (run.wall - run.engine) / run.steps * 1e6
     yield Figure(f"{label}: run / engine", run.ratio, maximum=maximum, note=f"{rest:.1f} us/step beside the engine")
     yield Figure(f"{label}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")

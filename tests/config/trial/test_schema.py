@@ -57,6 +57,11 @@ def is_read_as_another_kind(path: tuple[Any, ...], value: Any) -> bool:
     return (value is True and is_item) or (value is None and path[-1] == "models")
 
 
+def is_key_of_schema(path: tuple[Any, ...]) -> bool:
+    """Return whether the schema lists the keys beside this one: a task's start names joints of the trial's arms."""
+    return isinstance(path[-1], str) and path[:-1] != ("task", "start", "joints")
+
+
 def replaced(path: tuple[Any, ...], value: Any) -> Any:
     data = deepcopy(WHOLE)
     body = data
@@ -103,7 +108,7 @@ def test_single_wrong_value_is_judged_as_by_the_loader(path: tuple[Any, ...], va
         assert loaded.warnings or is_valid(data) or is_read_as_another_kind(path, value)
 
 
-@given(path=st.sampled_from([path for path in places(WHOLE) if isinstance(path[-1], str)]))
+@given(path=st.sampled_from([path for path in places(WHOLE) if is_key_of_schema(path)]))
 def test_unknown_entry_is_refused_as_by_the_loader(path: tuple[Any, ...]) -> None:
     data = replaced((*path[:-1], "nonsense"), 1)
     try:

@@ -130,7 +130,7 @@ class Parts(Device):
         if not self.all:
             return []
         positions = self.positions()
-        hit = ((positions >= lower) & (positions <= upper)).all(axis=1).nonzero()[0]
+        (hit,) = np.nonzero(((positions >= lower) & (positions <= upper)).all(axis=1))
         return [each for index in hit.tolist() if (each := self.all[index]).name in self.in_play]
 
     def pose(self, part: WorldPart) -> Pose:
