@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from cellwright.engine.device import Device as Device
     from cellwright.engine.sensor import Reading as Reading
     from cellwright.engine.sensor import Sensor as Sensor
+    from cellwright.recording.dataset.recorded import recorded_episode as recorded_episode
     from cellwright.recording.replay.opened import Recording as Recording
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.rendering.cameras.picture_camera import read_pictures as read_pictures
@@ -84,6 +85,7 @@ _HOMES = {
     "load_trial": "running.run",
     "open_recording": "recording.replay.opened",
     "read_pictures": "rendering.cameras.picture_camera",
+    "recorded_episode": "recording.dataset.recorded",
     "run_cell": "running.run",
     "run_trial": "running.run",
 }
