@@ -31,6 +31,7 @@ COMMANDS = [
     "cell reach",
     "cell export",
     "plot",
+    "export",
     "trials",
     "robot",
     "operate",

@@ -56,6 +56,7 @@ COMMANDS = {
     "view": "view:view",
     "replay": "replay.command:replay",
     "plot": "plot:plot",
+    "export": "export:export",
     "trials": "trials:trials",
     "robot": "robot:robot",
     "ros1-env": "ros1:ros1_env",
@@ -144,6 +145,7 @@ app = typer.Typer(
         cellwright serve lesson      # a cell for programs in other processes
         cellwright env --help        # an environment for other processes
         cellwright plot run.mcap     # a figure of a recording
+        cellwright export --help     # recordings as a data set for learning
         cellwright view lesson       # a trial, robot, recording or server
         cellwright check trial.yaml  # errors and warnings of a file
         cellwright teleop qinglong   # a robot's controller node

@@ -1,0 +1,53 @@
+"""Tests of the command `export`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.recording.dataset.sets import DATA, change_table, write
+
+
+@pytest.mark.slow
+def test_recorded_run_becomes_a_set_that_the_check_accepts(cellwright: CommandLine) -> None:
+    cellwright("run", "pick_from_bin", "--agent", "none", "--until", "0.5", "--no-picture", "--record", "run.mcap")
+    ran = cellwright("export", "run.mcap", "run.mcap", "--out", "picks", "--cameras", "overhead,wrist")
+    assert ran.out == "episode     1 of 2, 10 frames so far\nepisode     2 of 2, 20 frames so far\ndata set    picks\n"
+    assert (ran.status, ran.err) == (0, "")
+    info = json.loads(Path("picks/meta/info.json").read_text())
+    assert (info["fps"], info["total_episodes"], info["total_frames"]) == (20, 2, 20)
+    assert {"observation.images.overhead", "observation.images.wrist", "action"} <= {*info["features"]}
+    checked = cellwright("export", "--check", "picks")
+    assert (checked.status, checked.out) == (0, "ok\n")
+
+
+def test_check_prints_problems_and_exits_with_1(cellwright: CommandLine) -> None:
+    folder = write(Path("damaged"))
+    change_table(folder / DATA, lambda table: table.drop_columns(["action"]))
+    ran = cellwright("export", "--check", "damaged")
+    assert (ran.status, ran.out) == (1, f"damaged/{DATA}: action: column is missing\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ((), "export: give recordings and --out FOLDER, or --check FOLDER"),
+        (("run.mcap",), "export: give recordings and --out FOLDER, or --check FOLDER"),
+        (("run.mcap", "--check", "set"), "--check: takes no recordings and no --out; check the folder alone"),
+        (("run.mcap", "--out", "set"), "run.mcap"),
+    ],
+    ids=["nothing", "no-folder", "both", "missing"],
+)
+def test_bad_input_is_refused(cellwright: CommandLine, arguments: tuple[str, ...], text: str) -> None:
+    ran = cellwright("export", *arguments)
+    assert ran.status == 2
+    assert text in ran.err
+    assert not Path("set").exists()
+
+
+def test_missing_package_is_named_with_its_extra(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.cli.export.is_installed", lambda name: name != "av")
+    ran = cellwright("export", "--check", "set")
+    assert ran.status == 2
+    assert "export: needs the package av; pip install 'cellwright[parquet,video]'" in ran.err
