@@ -62,7 +62,7 @@ class RemoteVectorEnv(VectorEnv[Any, Any, Any]):
         self.num_envs, self.render_mode = num_envs, "rgb_array"
         self.metadata = {
             "render_modes": ["rgb_array"],
-            "render_fps": described["rate"],
+            "render_fps": max(1, round(described["rate"])),  # LeRobot's writers of videos and data sets refuse 20.0
             "autoreset_mode": AutoresetMode.NEXT_STEP,
         }
         self.single_action_space, self.single_observation_space = _spaces(described)

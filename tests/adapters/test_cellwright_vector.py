@@ -61,7 +61,7 @@ def test_pictures_and_spaces_are_those_of_cells_in_one_process(serve: Callable[.
     assert remote.single_action_space == cells.single_action_space
     assert [*spaces[0]] == [*spaces[1]]
     assert spaces[0]["pixels"] == spaces[1]["pixels"]
-    assert remote.metadata["render_fps"] == 10
+    assert (type(remote.metadata["render_fps"]), remote.metadata["render_fps"]) == (int, 10)
     assert data_equivalence(story(remote, 1), story(cells, 1), exact=True)
 
 

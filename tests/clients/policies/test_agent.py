@@ -71,6 +71,7 @@ def run(policy: Scripted | RecordedPolicy, spec: PolicySpec, seconds: float = 1.
     recorded = policy.rules if isinstance(policy, RecordedPolicy) else None
     agent = PolicyAgent(spec, lambda _setting: policy, recorded)
     worked.result = run_cell(cell, agent, options=RunOptions(until=seconds))
+    worked.summary = agent.summary
     return worked
 
 
@@ -78,6 +79,7 @@ class Worked:
     """A run with what came in, and the reports of its policy."""
 
     result: RunResult
+    summary: str
 
     def __init__(self) -> None:
         self.inputs: list[tuple[int, ExternalInput]] = []
@@ -131,6 +133,12 @@ def test_latency_counts_in_ticks_and_delays_the_action() -> None:
     first = worked.requests[0]
     assert (first.latency, first.ready, first.first, first.index) == (60, 60, 75, 3)
     assert worked.times_of("/ariac/arm/command")[0] == worked.rules.begin + 150_000_000
+
+
+@pytest.mark.parametrize(("mode", "is_late"), [("async", True), ("sync", False)])
+def test_summary_says_if_each_answer_is_older_than_its_actions(mode: str, is_late: bool) -> None:
+    worked = run(Scripted(lambda _, __: [[0.0] * 8]), spec(latency="120ms", mode=mode))
+    assert ("no action came in time" in worked.summary) == is_late
 
 
 @pytest.mark.parametrize("options", [{}, {"latency": "uniform:60ms..180ms"}, {"latency": "120ms", "mode": "sync"}])

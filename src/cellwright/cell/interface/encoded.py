@@ -50,10 +50,8 @@ def sample_joints(output: Output, names: list[str], columns: Callable[[], list[l
 
 def sample_following(output: Output, arm: Arm) -> None:
     """Publish desired and actual state of the joints of an arm."""
-    clock, templates = (
-        arm.simulation.clock,
-        CdrTemplates(output.bus.types, ("positions", "velocities", "accelerations")),
-    )
+    clock = arm.simulation.clock
+    templates = CdrTemplates(output.bus.types, ("positions", "velocities", "accelerations"))
 
     def build() -> Message:
         points = (trajectory_point(*each) for each in arm.following())

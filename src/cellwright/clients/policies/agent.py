@@ -34,6 +34,7 @@ from cellwright.util.errors import UsageError
 
 _FIRST = 10.0
 """Simulation time [s] in which everything that the map observes must have come."""
+_TOO_LATE = "no action came in time for its instant; answer with longer chunks, or take --policy-mode sync"
 
 log = logging.getLogger(__name__)
 
@@ -138,6 +139,7 @@ class _Episode:
         self._answers: dict[int, Answer] = {}
         self._before: Request | None = None
         self._delays: list[int] = []
+        self._acts = False  # whether any answer has an action for an instant after it came
         self._is_held = False
 
     def run(self) -> None:
@@ -180,7 +182,8 @@ class _Episode:
         """Return what there is to say of the episode, in a line."""
         requests, tick = self._schedule.requests, float(self._rules.tick) / 1e6
         delay = f"{sum(self._delays) / requests * tick:.0f} ms from observation to action" if requests else "no action"
-        return f"{requests} requests, {delay}"
+        late = "" if self._acts or not requests else f"; {_TOO_LATE}"
+        return f"{requests} requests, {delay}{late}"
 
     def _ask(self, instant: int) -> None:
         """Ask the policy with what is observed now, and report that."""
@@ -199,6 +202,7 @@ class _Episode:
         kept = {each.number for each in (schedule.acting, schedule.coming) if each is not None}
         self._answers = {each: known for each, known in {**self._answers, number: answer}.items() if each in kept}
         self._delays.append(request.first - instant)
+        self._acts |= request.index < len(answer.actions)
         before = self._before
         short = len(answer.raw) <= MAX_REPLY
         sent = RequestReport(
