@@ -23,7 +23,7 @@ def test_robot_figures_compare_node_with_pybullet() -> None:
         "240 Hz, at rest: PyBullet",
         "240 Hz, at rest: the node / PyBullet",
     ]
-    assert [figure.minimum for figure in figures] == [None, None, None, 60.0, None, 15.0]
+    assert [figure.minimum for figure in figures] == [None, None, None, 60.0, None, 25.0]
     assert all(figure.value > 0.0 for figure in figures)
 
 

@@ -5,6 +5,8 @@ import random
 import re
 import signal
 import time
+from typing import Any, cast
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -73,7 +75,7 @@ def test_killed_bridge_is_restarted(master: Ground) -> None:
     killed = bridge_of(process)
     os.kill(killed, signal.SIGKILL)
     process.wait_for("the ROS 1 bridge was ended by SIGKILL; restarting it")
-    process.wait_for("all topics and services are registered again")
+    process.wait_for("all topics and services are in ROS 1 again")
     wait_until(
         lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), "bridge"
     )
@@ -108,7 +110,7 @@ def test_cell_registers_again_at_restarted_master(master: Ground, number: int) -
     assert "parameters" in lost
     assert process.running
     master.start_master()
-    process.wait_for("all topics and services are registered again at")
+    process.wait_for("all topics and services are in ROS 1 again")
     wait_until(lambda: is_whole(master), "registration at the new master", seen=master.log)
     wait_until(lambda: is_answering(master), "answer of the bridge")
     assert master.ask("getParam", "/use_sim_time") is True
@@ -135,6 +137,16 @@ def test_sigint_at_random_moments_of_start_ends_cell(master: Ground) -> None:
 def test_sigint_during_registration_leaves_nothing_at_master(master: Ground, count: int) -> None:
     process = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
     wait_until(lambda: len(published(master)) >= count, f"{count} registrations", seen=lambda: published(master))
+    end(process)
+    wait_until(lambda: not published(master), "end of the registrations", seen=lambda: published(master))
+
+
+def test_state_publisher_that_hangs_leaves_nothing_at_master(master: Ground) -> None:
+    process = master.serve("lesson")
+    address = master.ask("lookupNode", "/robot_state_publisher")
+    with ServerProxy(address) as node:
+        _, _, pid = cast("Any", node).getPid("/test")
+    os.kill(pid, signal.SIGSTOP)
     end(process)
     wait_until(lambda: not published(master), "end of the registrations", seen=lambda: published(master))
 

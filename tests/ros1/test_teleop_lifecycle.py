@@ -87,7 +87,7 @@ def test_robot_registers_again_at_restarted_master(master: Ground) -> None:
     master.stop_master()
     robot.wait_for("the ROS master at .* is gone")
     master.start_master()
-    robot.wait_for("all topics and services are registered again")
+    robot.wait_for("all topics and services are in ROS 1 again")
     assert "/openloong_controller_node" in master.tool("rosnode", "list").split()
     assert '<robot name="QingLong">' in master.ask("getParam", "/robot_description")
     assert not master.ask("hasParam", "/use_sim_time")

@@ -47,7 +47,8 @@ def test_each_value_is_a_trial_that_its_recording_its_command_and_a_file_repeat(
     assert [case.get("classname") for case in cases] == names
     plan = json.loads(Path("evaluation", "plan.json").read_text(encoding="utf-8"))
     assert [run["trial"] for run in plan["runs"]] == names
-    assert "<h2>Sweep</h2>" in Path("evaluation", "report.html").read_text(encoding="utf-8")
+    report = Path("evaluation", "report.html").read_text(encoding="utf-8")
+    assert f"<h2>Share of the attainable points against {KEY}</h2>" in report
 
     second = document["results"][1]
     recordings = sorted(Path("evaluation", "recordings").iterdir())

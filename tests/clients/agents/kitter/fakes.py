@@ -209,6 +209,9 @@ class FakeHand:
         cell.faulty = [pose for pose in cell.faulty if horizontal_distance(pose, world_T_part) > 0.01]
         return Held(part_type, flat(0.0, 0.0, -0.02), is_turned)
 
+    def given(self, _part_type: str) -> Held | None:
+        return None
+
     def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
         return True
 

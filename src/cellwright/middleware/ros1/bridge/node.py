@@ -270,6 +270,19 @@ class Master:
         publishers, subscribers = dict(state[0]), dict(state[1])
         return node in publishers.get(publishes, ()) and node in subscribers.get(hears, ())
 
+    def sign_off(self) -> None:
+        """Remove all registrations of the node, whose process has ended; it may have left some."""
+        uri, state = self.ask("lookupNode", self._node), self.ask("getSystemState")
+        if uri is None or state is None:
+            return
+        publishers, subscribers, services = ([name for name, nodes in role if self._node in nodes] for role in state)
+        for name in publishers:
+            self.ask("unregisterPublisher", name, uri)
+        for name in subscribers:
+            self.ask("unregisterSubscriber", name, uri)
+        for name in services:
+            self.ask("unregisterService", name, self.ask("lookupService", name) or "")
+
 
 class MasterWatch:
     """Watch of the master in its own thread, for a node that should be registered there with its `uri`.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shutil
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cellwright.middleware import wire as link
+from cellwright.middleware.ros1.bridge.node import Master, MasterGoneError
 from cellwright.middleware.wire.event_loop import EventLoop, report
 
 NODE = "/robot_state_publisher"
@@ -46,6 +48,7 @@ class StatePublisher:
         self._pause = 1.0
         self._text = b""
         self._is_stopping = False
+        self._signs_off = False
         self._start()
 
     @property
@@ -56,16 +59,24 @@ class StatePublisher:
     def begin_to_stop(self) -> None:
         """Send it the signal to end; it then signs off at the master."""
         self._is_stopping = True
-        if self._process.poll() is None:
+        if self.is_alive:
+            self._signs_off = True
             self._process.send_signal(signal.SIGINT)
 
     def stop(self, timeout: float) -> None:
-        """Wait for its end, and kill it after `timeout` [s]."""
+        """Wait for its end, and kill it after `timeout` [s]; remove what it leaves at the master.
+
+        A signal while it registers may end it before it has signed off. If it ended earlier, another node may have the
+        name.
+        """
         try:
             self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        if self._signs_off:
+            with contextlib.suppress(MasterGoneError):
+                Master(NODE).sign_off()
 
     def _start(self) -> None:
         if self._is_stopping:
