@@ -14,6 +14,7 @@ from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import BEST_EFFORT_COMMANDS, COMMANDS, LARGE, LATCHED, RELIABLE, Bus, Qos
 from cellwright.middleware.interface.binding import Output, bind
+from cellwright.middleware.interface.notes import Notes
 from cellwright.middleware.interface.table import ALWAYS, Endpoint, EndpointKind, Timing, accepts, publishes
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
@@ -126,8 +127,8 @@ def test_tables_are_imported_without_engine(module: str) -> None:
 @pytest.mark.parametrize(
     ("table", "classes"),
     [
-        ((*GEAR, *PICTURES), (CellCommands, CellPublications, ActionServer, ControllerServices)),
-        (IO_TELEOP, (RobotCommands, BaseCommands, Homing, EePoses, RobotPublications, CameraTopics)),
+        ((*GEAR, *PICTURES), (CellCommands, CellPublications, ActionServer, ControllerServices, Notes)),
+        (IO_TELEOP, (RobotCommands, BaseCommands, Homing, EePoses, RobotPublications, CameraTopics, Notes)),
     ],
     ids=["cell", "robot"],
 )

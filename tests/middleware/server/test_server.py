@@ -16,6 +16,7 @@ from cellwright.middleware.wire.frames import Frame, FrameKind, advance
 from cellwright.util.errors import UsageError
 from tests.middleware.server.talk import served
 from tests.support.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
+from tests.support.waiting import wait_until
 
 
 def test_welcome_lists_all_topics_and_services_with_types() -> None:
@@ -92,11 +93,11 @@ def test_call_is_carried_out_while_time_stands() -> None:
 def test_wait_tells_whether_there_was_anything_to_do() -> None:
     with served(Cell(ARM_ONLY)) as hall:
         client = hall.connect()
-        assert not hall.server.wait(0.002)
+        wait_until(lambda: not hall.server.wait(0.002), "wait with nothing to do")
         client.say(Frame(FrameKind.SUBSCRIBE, 7, "/ariac/joint_states"))
         assert hall.server.wait(0.002)
         client.wait_for(FrameKind.DONE, 7)
-        assert not hall.server.wait(0.002)
+        wait_until(lambda: not hall.server.wait(0.002), "wait with nothing to do")
 
 
 def test_publish_is_answered_and_takes_effect() -> None:
