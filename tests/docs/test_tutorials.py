@@ -104,7 +104,8 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
                     forked = warm.run(CELLWRIGHT, *arguments, folder=folder)
                     done = Ran(forked.returncode, forked.stdout, forked.stderr)
                 assert done.status == status, f"{line}\n{done.out}{done.err}"
-                assert missing(output, done.out) is None, f"{line}\n{done.out}"
+                shown = done.out + done.err  # as on a terminal
+                assert missing(output, shown) is None, f"{line}\n{shown}"
 
 
 def test_missing_output_returns_first_absent_line() -> None:

@@ -19,6 +19,7 @@ RATE = 100
 """Required rate of readings [1/s]: the rate of joint states."""
 
 _LOOK = 0.5  # [s], time in which readings are counted
+_LOOKS = 5  # number of such times at most; the best counts, since other programs slow this one down
 _NAP = 0.002  # [s]
 
 
@@ -60,10 +61,14 @@ def _missing_members(driver: object) -> list[str]:
 
 def _rate_problems(live: LiveDriver) -> list[str]:
     """Check the rate of readings."""
-    before, started = live.count, time.monotonic()
-    _wait(lambda: bool(live.fault), _LOOK, live)
-    rate = (live.count - before) / (time.monotonic() - started)
-    return [f"read() must work {RATE} times a second (got {rate:.0f})"] if rate < RATE else []
+    best = 0.0
+    for _ in range(_LOOKS):
+        before, started = live.count, time.monotonic()
+        _wait(lambda: bool(live.fault), _LOOK, live)
+        best = max(best, (live.count - before) / (time.monotonic() - started))
+        if best >= RATE or live.fault:
+            break
+    return [f"read() must work {RATE} times a second (got {best:.0f})"] if best < RATE else []
 
 
 def _motion_problems(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
