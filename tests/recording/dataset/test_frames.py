@@ -80,10 +80,10 @@ def test_recording_that_was_cut_is_refused(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rate", "text"),
     [
-        (30, r"^rate: a frame must be whole ticks of 2 ms \(got 30 Hz\); take 25 or 50$"),
+        (30, r"^hz: a frame must be whole ticks of 2 ms \(got 30 Hz\); take 25 or 50$"),
         (12.5, r"\(got 12\.5 Hz\); take 10 or 20$"),
         (999, r"\(got 999 Hz\); take 500$"),
-        (0, r"^rate: must be from 1 to 1000 Hz \(got 0\)$"),
+        (0, r"^hz: must be from 1 to 1000 Hz \(got 0\)$"),
         (float("nan"), r"\(got nan\)$"),
     ],
 )

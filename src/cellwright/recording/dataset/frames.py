@@ -14,7 +14,7 @@ from cellwright.util.errors import RecordingError, UsageError
 _MAX_RATE = 1000  # [Hz]
 
 
-def frame_instants(recording: RecordingFile, rate: int) -> Generator[DrawnNode, None, None]:
+def frame_instants(recording: RecordingFile, hz: int) -> Generator[DrawnNode, None, None]:
     """Repeat the recorded run; yield the cell or the robot's node at the begin of each frame, and at the last end.
 
     An instant comes before the commands of its tick, which belong to the frame that begins there. The last frame is the
@@ -22,7 +22,7 @@ def frame_instants(recording: RecordingFile, rate: int) -> Generator[DrawnNode, 
 
     Args:
         recording: a complete recording.
-        rate: frames in a second [Hz].
+        hz: frames in a second [Hz].
 
     Raises:
         RecordingError: the recording ends before its run did, cannot be run again, or its run differs here.
@@ -34,7 +34,7 @@ def frame_instants(recording: RecordingFile, rate: int) -> Generator[DrawnNode, 
     with rebuild(recording) as rebuilt:
         served = rebuilt.served
         simulation, clock = served.simulation, served.simulation.clock
-        ticks = frame_ticks(rate, clock.timestep)
+        ticks = frame_ticks(hz, clock.timestep)
         due = clock.tick
         for step in recorded_steps(recording):
             tick = step.tick if isinstance(step, Command | HashPoint) else clock.first_tick_at(step.time)
@@ -55,11 +55,11 @@ def frame_instants(recording: RecordingFile, rate: int) -> Generator[DrawnNode, 
             yield served
 
 
-def frame_ticks(rate: int, timestep: Fraction) -> int:
+def frame_ticks(hz: int, timestep: Fraction) -> int:
     """Return the length of a frame in ticks.
 
     Args:
-        rate: frames in a second [Hz]; data sets have a whole number.
+        hz: frames in a second [Hz]; data sets have a whole number.
         timestep: length of a tick [s].
 
     Raises:
@@ -70,20 +70,20 @@ def frame_ticks(rate: int, timestep: Fraction) -> int:
         (25, 8)
         >>> frame_ticks(30, Fraction(1, 500))
         Traceback (most recent call last):
-        cellwright.util.errors.UsageError: rate: a frame must be whole ticks of 2 ms (got 30 Hz); take 25 or 50
+        cellwright.util.errors.UsageError: hz: a frame must be whole ticks of 2 ms (got 30 Hz); take 25 or 50
     """
 
     def fits(wanted: int) -> bool:
         return (1 / (wanted * timestep)).denominator == 1
 
-    if not 0 < rate <= _MAX_RATE:
-        raise UsageError(f"rate: must be from 1 to {_MAX_RATE} Hz (got {rate:g})")
-    if rate != int(rate) or not fits(int(rate)):
-        below = next(filter(fits, range(int(rate), 0, -1)), None)
-        above = next(filter(fits, range(int(rate) + 1, _MAX_RATE + 1)), None)
+    if not 0 < hz <= _MAX_RATE:
+        raise UsageError(f"hz: must be from 1 to {_MAX_RATE} Hz (got {hz:g})")
+    if hz != int(hz) or not fits(int(hz)):
+        below = next(filter(fits, range(int(hz), 0, -1)), None)
+        above = next(filter(fits, range(int(hz) + 1, _MAX_RATE + 1)), None)
         near = " or ".join(str(each) for each in (below, above) if each is not None)
         raise UsageError(
-            f"rate: a frame must be whole ticks of {float(timestep) * 1000:g} ms (got {rate:g} Hz); "
+            f"hz: a frame must be whole ticks of {float(timestep) * 1000:g} ms (got {hz:g} Hz); "
             f"{f'take {near}' if near else 'no whole rate suits it'}"
         )
-    return int(1 / (int(rate) * timestep))
+    return int(1 / (int(hz) * timestep))

@@ -19,20 +19,20 @@ from cellwright.rendering.scene.engine import DrawnNode
 from cellwright.util.errors import RecordingError, UsageError
 
 
-def recorded_episode(path: str | Path, rate: int = 20, cameras: Sequence[str] = (), *, sentence: str = "") -> Episode:
+def recorded_episode(path: str | Path, hz: int = 20, cameras: Sequence[str] = (), *, sentence: str = "") -> Episode:
     """Return a recorded run as an episode of a data set.
 
     The run is repeated from its commands, so any recording that `replay --verify` can verify is suitable: of an agent,
     a policy, a person or a program over ROS. Values are those of the simulation, not of messages.
 
-    Frame k begins at k / rate [s]. Its `observation.state` is what is measured then, as `agent_pos` of an environment.
+    Frame k begins at k / hz [s]. Its `observation.state` is what is measured then, as `agent_pos` of an environment.
     Its `action` is what was executed until the frame ends: the targets of the joints at its end, after all limits, and
     the state of the grippers. With the same actions a `CellEnv` repeats the run: bit for bit if they were
     commanded in such periods, else nearly.
 
     Args:
         path: a complete recording of a cell or of a robot's node.
-        rate: frames in a second [Hz]; a frame must be whole ticks.
+        hz: frames in a second [Hz]; a frame must be whole ticks.
         cameras: names of the colour cameras whose pictures are drawn again.
         sentence: the task in words; empty for that of the trial.
 
@@ -51,7 +51,7 @@ def recorded_episode(path: str | Path, rate: int = 20, cameras: Sequence[str] = 
         >>> with TemporaryDirectory() as folder:
         ...     path, options = f"{folder}/run.mcap", cellwright.RunOptions(until=0.2)
         ...     result = cellwright.run_trial("pick_from_bin", None, record=path, options=options)
-        ...     episode = cellwright.recorded_episode(path, rate=20)
+        ...     episode = cellwright.recorded_episode(path, hz=20)
         >>> episode.robot, episode.sentence, episode.columns[0].values.shape
         ('cellwright_ur10', 'Pick up a gear from the bin.', (4, 8))
     """
@@ -59,13 +59,13 @@ def recorded_episode(path: str | Path, rate: int = 20, cameras: Sequence[str] = 
     states: list[list[float]] = []
     actions: list[list[float]] = []
     outcomes: list[FrameOutcome] = []
-    with RecordingFile(path) as recording, closing(frame_instants(recording, rate)) as instants:
+    with RecordingFile(path) as recording, closing(frame_instants(recording, hz)) as instants:
         served = next(instants, None)
         if served is None:
             raise _no_frame(path)
         words = sentence or _sentence_of(served)
         cameras_of(served, names)  # an unknown one is refused before the run
-        readings = readings_of(served, rate)
+        readings = readings_of(served, hz)
         judge = Outcomes(served) if isinstance(served, Cell) else None
         states.append(readings.measured())
         for _ in instants:
@@ -83,9 +83,9 @@ def recorded_episode(path: str | Path, rate: int = 20, cameras: Sequence[str] = 
         Column("action", np.array(actions, np.float32), readings.names),
         *_outcome_columns(count, outcomes),
     )
-    pictures = partial(_pictures, path, rate, names, count)
+    pictures = partial(_pictures, path, hz, names, count)
     is_success = bool(outcomes) and outcomes[-1].is_success
-    return Episode(path.name, readings.robot, words, int(rate), columns, names, pictures, is_success)
+    return Episode(path.name, readings.robot, words, int(hz), columns, names, pictures, is_success)
 
 
 def _outcome_columns(count: int, outcomes: Sequence[FrameOutcome]) -> Iterator[Column]:
@@ -99,9 +99,9 @@ def _outcome_columns(count: int, outcomes: Sequence[FrameOutcome]) -> Iterator[C
     yield Column("next.truncated", done & (not is_terminated), ())
 
 
-def _pictures(path: Path, rate: int, cameras: tuple[str, ...], count: int) -> Iterator[dict[str, NDArray[np.uint8]]]:
+def _pictures(path: Path, hz: int, cameras: tuple[str, ...], count: int) -> Iterator[dict[str, NDArray[np.uint8]]]:
     """Yield the pictures of each frame, from the run repeated once more."""
-    with RecordingFile(path) as recording, closing(frame_instants(recording, rate)) as instants:
+    with RecordingFile(path) as recording, closing(frame_instants(recording, hz)) as instants:
         for _, served in zip(range(count), instants, strict=False):
             found = {}
             for name, picture in zip(cameras, read_pictures(cameras_of(served, cameras)), strict=True):
