@@ -20,6 +20,8 @@ FIRST_READING_TIMEOUT = 10.0
 """Maximum duration of the first reading [s]: the hardware may have to be found and switched on."""
 _IDLE_INTERVAL = 0.05  # [s] between two readings while the node is idle
 _JOIN_TIMEOUT = 0.5  # [s]
+_MAX_LOOK_INTERVAL = 0.1
+"""Silence [s] that counts between two looks at most: after a longer one, this process itself stood still."""
 _COLUMNS = ", ".join(JointArrays._fields[:-1]) + " and " + JointArrays._fields[-1]
 
 
@@ -104,7 +106,7 @@ class LiveDriver:
         self._has_ended = False
         self._lock = threading.Lock()
         self._awake = threading.Event()
-        self._last_reading = time.monotonic()
+        self._silence, self._looked = 0.0, time.monotonic()
         first = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(first,), name="driver", daemon=True)
         self._thread.start()
@@ -118,7 +120,10 @@ class LiveDriver:
     def fault(self) -> str:
         """Reason why the driver is held; empty while it works."""
         with self._lock:
-            if not self._fault and time.monotonic() - self._last_reading > self._timeout:
+            now = time.monotonic()
+            self._silence += min(now - self._looked, _MAX_LOOK_INTERVAL)
+            self._looked = now
+            if not self._fault and self._silence > self._timeout:
                 self._fault = f"no reading for {self._timeout:g} s"
             return self._fault
 
@@ -128,7 +133,7 @@ class LiveDriver:
             self._fault = ""
             self._is_holding = False
             self._targets = None
-            self._last_reading = time.monotonic()
+            self._silence = 0.0
 
     def command(self, targets: Array) -> None:
         """Set targets [rad; m] of all joints for the thread; they replace targets that it has not taken yet."""
@@ -179,7 +184,7 @@ class LiveDriver:
         with self._lock:
             self._readings = readings
             self.count += 1
-            self._last_reading = time.monotonic()
+            self._silence = 0.0
 
     def _checked(self, found: JointArrays) -> JointArrays:
         if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointArrays._fields):
@@ -202,7 +207,7 @@ class LiveDriver:
 
     def _fail(self, reason: str) -> None:
         with self._lock:
-            self._last_reading = time.monotonic()
+            self._silence = 0.0
             if not self._fault:
                 self._fault = reason
 

@@ -4,6 +4,7 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -209,6 +210,25 @@ def test_close_does_not_wait_for_stuck_driver(config: RobotConfig) -> None:
     assert not hardware.closed, "close waited for the driver"
     free.set()
     until(lambda: hardware.closed)
+
+
+def test_time_in_which_process_stands_still_is_no_silence_of_driver(
+    config: RobotConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = threading.Event()
+    hardware = Hardware(on_read=lambda: next(looks) and free.wait())
+    looks = iter([0, 1])  # the first reading works
+    now = 100.0
+    monkeypatch.setattr("cellwright.robot.drivers.time", SimpleNamespace(monotonic=lambda: now))
+    live = LiveDriver(config, hardware, timeout=0.5)
+    found = []
+    for passed in (0.0, 30.0, 0.09, 0.09, 0.09, 0.09, 0.09):  # [s]
+        now += passed
+        found.append(live.fault)
+    assert found == [""] * 6 + ["no reading for 0.5 s"]
+    hardware.on_read = lambda: None
+    free.set()
+    live.close()
 
 
 def test_node_drives_hardware_and_mirrors_it_until_failure(config: RobotConfig) -> None:
