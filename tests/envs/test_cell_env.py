@@ -21,7 +21,9 @@ from cellwright.config.trial.task import Held
 from cellwright.config.trial.trial import Trial
 from cellwright.envs.cell_env import CellEnv
 from cellwright.envs.registration import environment_id
+from cellwright.rendering.scene import Scene
 from cellwright.util.errors import UnknownNameError, UsageError
+from tests.cell.devices.workers import FakeWorker
 
 TASK = "pick_from_bin"
 
@@ -64,6 +66,21 @@ def test_gymnasium_finds_no_fault_with_pictures() -> None:
     env.reset(seed=1)
     assert np.asarray(env.render()).shape == (480, 640, 3)
     env.close()
+
+
+def test_closed_environment_without_cameras_ends_the_process_that_rendered_it() -> None:
+    env = CellEnv(replace(load_trial(TASK), sensors=()), render_mode="rgb_array")
+    env.reset(seed=1)
+    service, workers = env.stepper.cell.render_service, list[FakeWorker]()
+
+    def start(scene: Scene) -> FakeWorker:
+        workers.append(FakeWorker(scene))
+        return workers[-1]
+
+    service._start = start
+    assert env.render() is not None
+    env.close()
+    assert [each.is_closed for each in workers] == [True]
 
 
 def test_what_a_learner_reads_beside_the_steps(env: CellEnv) -> None:

@@ -174,7 +174,9 @@ class CellEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def close(self) -> None:
         """Release the render process."""
         if "stepper" in self.__dict__:
-            self.stepper.cell.simulation.close()
+            cell = self.stepper.cell
+            cell.simulation.close()
+            cell.render_service.close()  # a cell without cameras is rendered, too
 
     def begin(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> None:
         """Begin an episode as `reset` does, without observing it."""

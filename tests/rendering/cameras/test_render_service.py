@@ -91,6 +91,21 @@ def test_killed_process_is_reported_once_and_draws_no_more() -> None:
 
 
 @pytest.mark.slow
+def test_picture_that_was_asked_before_the_close_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, "rays")
+    service = serve(room(), RenderWorker)
+    pending = ask(service)
+    process = process_of(service)
+    service.close()
+    assert process.poll() is not None
+    assert pending is not None
+    drawn = service.fetch(pending)
+    assert drawn is not None
+    assert np.isfinite(drawn[1]).any()  # type: ignore[arg-type]
+    assert service._worker is None
+
+
+@pytest.mark.slow
 def test_deleted_service_releases_process() -> None:
     workers: list[FakeWorker] = []
 

@@ -12,10 +12,16 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
+from cellwright.rendering.scene import Scene
 from cellwright.running.run import GRACE, Outcome, RunOptions, RunResult, run_cell
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
+from tests.cell.devices.workers import FakeWorker
 from tests.support.cells import ARM_ONLY, BARE, JOINTS, KITTING, run
+
+EYE = "cellwright: {sensors: {eye: {type: rgb_camera, pose: {xyz: [2, 0, 1]}, width: 16, height: 12, rate: 10}}}"
+"""A trial with a camera, whose pictures come 0.1 s after they were taken."""
 
 
 class Script:
@@ -272,3 +278,21 @@ def test_run_from_checkpoint_of_done_competition_ends(tmp_path: Path) -> None:
     assert rest.outcome is Outcome.DONE
     assert rest.simulated == pytest.approx(GRACE)
     assert looked == [3.0]  # a time in the past is now
+
+
+def test_end_of_run_ends_render_process_and_its_pictures_still_come() -> None:
+    workers: list[FakeWorker] = []
+
+    def start(scene: Scene) -> FakeWorker:
+        workers.append(FakeWorker(scene))
+        return workers[-1]
+
+    cell, times = Cell(load_trial(text=EYE).trial), list[float]()
+    cell.render_service._start = start
+    cell.sensors["eye"].listen(lambda picture: times.append(picture.time_ns / 1e9))
+    run_cell(cell, None, RunOptions(until=0.25))
+    assert [each.is_closed for each in workers] == [True]
+    assert times == [0.1]
+    run(cell, 0.1)  # the picture of 0.2 s was asked before
+    assert [each.is_closed for each in workers] == [True, False]
+    assert times == [0.1, 0.2]

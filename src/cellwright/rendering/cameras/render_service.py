@@ -123,8 +123,6 @@ class RenderService:
 
     def fetch(self, pending: PendingPicture) -> Drawn | None:
         """Wait for a requested picture, and return it; None if drawing failed."""
-        if self._worker is None:
-            return None
         try:
             colour = None if pending.colour is None else pending.colour.result()
             return colour, None if pending.depth is None else pending.depth.result()
@@ -138,9 +136,10 @@ class RenderService:
         self._tick = -1
 
     def close(self) -> None:
-        """Release the process."""
+        """Release the process once it has drawn all that was asked; the next picture starts another one."""
         if self._worker is not None:
-            self._end()
+            self._end.detach()
+            self._worker.close()
             self._worker = None
 
     def _this_frame(self, capture: SceneCapture) -> SceneFrame:

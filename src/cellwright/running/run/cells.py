@@ -79,7 +79,8 @@ class CellTarget(Target):
         self.node, self._stop = self._make(), controls.stop
 
     def close(self) -> None:
-        """Release nothing: a cell is memory alone."""
+        """Release the render process; the next picture of an existing cell starts another one."""
+        self.node.render_service.close()
 
     def offer(self, served: Served) -> None:
         """Offer the services for viewers, and those of a controller manager if there is an arm."""
