@@ -1,10 +1,12 @@
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 
 from cellwright.config.arm import ARM_JOINTS
-from cellwright.motion import LIMITS, Joints
+from cellwright.motion import LIMITS, Joints, solve, tool_down
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.motion.samples import INITIAL, anywhere
 
@@ -21,6 +23,17 @@ def test_invalid_joints_are_refused() -> None:
         Joints.of({name: 0.0 for name in ARM_JOINTS if name != "elbow_joint"})
     with pytest.raises(UsageError, match="finite"):
         Joints.of(INITIAL._replace(elbow=math.nan))
+    with pytest.raises(UnknownNameError, match=r"unknown arm joint 'linear_arm_actuator_joint' \(known: 0, 1\)"):
+        Joints.of({0: 0.0, 1: 0.0})  # type: ignore[dict-item]  # as a user may
+
+
+@pytest.mark.parametrize("positions", [list(INITIAL), tuple(INITIAL), np.array(INITIAL), []])
+def test_positions_without_names_are_refused_since_their_order_is_not_known(positions: Any) -> None:
+    for refused in (lambda: Joints.of(positions), lambda: solve(tool_down(-0.3, 0.23, 0.85), positions)):
+        with pytest.raises(
+            UsageError, match="names no joints, and lists of the client have another order; give Joints"
+        ):
+            refused()
 
 
 def test_ordered_returns_values_in_given_order() -> None:

@@ -46,11 +46,20 @@ class Joints(NamedTuple):
 
         Names of other joints are ignored, as joint states name the gripper too.
 
+        Example:
+            >>> Joints.of({**STILL.by_name(), "elbow_joint": 1.5}).elbow
+            1.5
+
         Raises:
             UnknownNameError: one of the arm's joints is missing.
-            UsageError: a position is not finite.
+            UsageError: a position is not finite, or positions have no names.
         """
         if not isinstance(positions, Joints):
+            if not isinstance(positions, Mapping):
+                raise UsageError(
+                    f"joint positions: a {type(positions).__name__} names no joints, and lists of the client have "
+                    "another order; give Joints(rail, shoulder_pan, …) or a mapping by joint name"
+                )
             for name in ARM_JOINTS:
                 if name not in positions:
                     raise UnknownNameError("arm joint", name, positions)

@@ -35,7 +35,7 @@ class UnknownNameError(CellwrightError, KeyError):
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
         self.kind = kind
         self.name = name
-        self.valid = tuple(valid)
+        self.valid = tuple(map(str, valid))
         super().__init__(self.sentence())
 
     def sentence(self) -> str:
