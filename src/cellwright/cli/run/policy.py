@@ -43,15 +43,15 @@ class PolicyRun:
         check_policy(self.spec.words, cell.trial)
         return replace(self.spec, seed=cell.seed).words
 
-    def robot_agent(self) -> PolicyAgent:
-        """Return the agent that asks it at a robot's node.
+    def robot_agent(self, seed: int = 0) -> PolicyAgent:
+        """Return the agent that asks it at a robot's node; drawn latencies are by the seed.
 
         Raises:
             PolicyError: there is no such policy.
         """
         from cellwright.clients.policies.program import policy_agent
 
-        return policy_agent(self.spec.words)()
+        return policy_agent(replace(self.spec, seed=seed).words)()
 
     def check_robot(self, robot: RobotConfig, timestep: Fraction) -> None:
         """Refuse a map that does not fit a robot's node with steps of this length [s]; errors as of `agent`."""

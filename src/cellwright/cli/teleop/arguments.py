@@ -21,7 +21,8 @@ from cellwright.cli.arguments import (
     XacroArguments,
 )
 from cellwright.cli.parameters import argument, flag, option
-from cellwright.cli.policies import PolicyArguments
+from cellwright.cli.policies import PANEL, PolicyArguments
+from cellwright.clients.policies.spec import RECORDING
 from cellwright.robot.interface import NODE
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
@@ -150,6 +151,9 @@ class TeleopArguments:
     lockstep: Annotated[bool, flag("--lockstep", f"{LOCKSTEP_HELP}; implies --sim-time.", SIMULATION)] = False
     safety: SafetyArguments
     policy: PolicyArguments
+    seed: Annotated[
+        int | None, option("N", "Seed of the policy, and of drawn latencies. Default: 0.", PANEL, name="--seed")
+    ] = None
     driver: Annotated[
         str | None,
         option(
@@ -213,6 +217,12 @@ class TeleopArguments:
         """Refuse options that do not go together."""
         if self.factor() != 1.0 and not self.has_sim_time:
             options.refuse(f"--speed {self.speed} requires --sim-time")
+        if self.seed is not None:
+            if not self.has_policy:
+                options.refuse("--seed requires --policy, such as --policy ws://127.0.0.1:8000")
+            if self.policy.policy and self.policy.policy.endswith(RECORDING):
+                options.refuse(f"--policy {self.policy.policy}: the recording has its own seed; leave out --seed")
+            options.in_range("--seed", self.seed, 0, options.MAX_SEED, "a whole number from 0 to 2**63 - 1")
         if self.has_policy and self.lockstep:
             options.refuse("--policy lets time stand while the policy answers; leave out --lockstep")
         if self.has_policy and self.driver is not None:

@@ -113,7 +113,7 @@ def teleop(given: TeleopArguments) -> None:
             window=window,
             **more,
         )
-        program = None if policy is None else RobotPolicy(policy.robot_agent())
+        program = None if policy is None else RobotPolicy(policy.robot_agent(given.seed or 0))
         status = run_robot(
             session, console, program=program, window=window, as_json=given.as_json, verbose=given.verbose
         )
