@@ -1,13 +1,19 @@
 """A policy drives a robot's node from the command line: over a wire, and again from its recording."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from cellwright.middleware.messages import TYPES
+from cellwright.recording.format.commands import Command
+from cellwright.recording.format.reader import RecordingFile
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.recording.replay.verify import Answer, Step, recorded_steps, verify
 from tests.cli.conftest import CommandLine
 from tests.support.policy_servers import openpi, websocket_server
 
@@ -38,6 +44,36 @@ def test_recording_replays_without_the_server_and_verifies(server: str, cellwrig
     assert (verified.status, json.loads(verified.out)["policy_requests"]) == (0, 6)
 
 
+def test_drawn_latencies_are_by_the_seed_and_are_recorded(server: str, cellwright: CommandLine) -> None:
+    def ran(seed: str) -> str:
+        drawn = ("--latency", "uniform:20ms..180ms", "--seed", seed, "--record", f"{seed}.mcap")
+        return str(json.loads(cellwright(*NODE, "--policy", server, *drawn).out)["state_hash"])
+
+    first, other = ran("7"), ran("8")
+    assert first == ran("7") != other
+    assert json.loads(cellwright(*NODE, "--policy", "8.mcap").out)["state_hash"] == other
+    assert cellwright("replay", "7.mcap", "--verify").status == 0
+
+
+def test_target_that_was_edited_in_a_recording_fails_the_verification(server: str, cellwright: CommandLine) -> None:
+    assert cellwright(*NODE, "--policy", server, "--latency", "60ms", "--record", "run.mcap").status == 0
+    with RecordingFile(Path("run.mcap")) as recording, rebuild(recording) as rebuilt:
+        verdict = verify(rebuilt, higher(recorded_steps(recording)))
+    assert verdict.answer is Answer.DIFFERENT
+    assert verdict.policy.startswith("request 0: lift must go to ")
+
+
+def higher(steps: Iterable[Step]) -> Iterator[Step]:
+    """Yield the steps with a target of the lift that is 2 µm higher."""
+    for step in steps:
+        if isinstance(step, Command) and step.name == "/io_teleop/joint_cmd":
+            message = step.message()
+            message.position = message.position.copy()  # what was read is read-only
+            message.position[list(message.name).index("lift")] += 2e-6
+            step = replace(step, data=TYPES.to_cdr(message))
+        yield step
+
+
 def test_server_that_is_not_there_is_infrastructure(cellwright: CommandLine) -> None:
     ran = cellwright(*NODE, "--policy", "ws://127.0.0.1:1")
     assert (ran.status, json.loads(ran.out)["outcome"]) == (1, "infrastructure")
@@ -65,6 +101,9 @@ def test_sentence_is_the_prompt(cellwright: CommandLine) -> None:
         (["--policy", "hold", "--check"], "--check cannot be combined with"),
         (["--policy", "hold", "--policy-map", "alohha"], "unknown policy map 'alohha'; did you mean aloha"),
         (["--policy", "none.mcap"], "none.mcap"),
+        (["--seed", "1"], "--seed requires --policy"),
+        (["--policy", "run.mcap", "--seed", "1"], "the recording has its own seed; leave out --seed"),
+        (["--policy", "hold", "--seed", "-1"], "--seed -1: "),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(

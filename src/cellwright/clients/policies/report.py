@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.clients.policies.latency import Latency, Source, in_ticks
-from cellwright.clients.policies.schedule import Mode, Request, Schedule
+from cellwright.clients.policies.schedule import Chosen, Mode, Request, Schedule
 from cellwright.middleware.messages.conversions import NANOSECONDS
 from cellwright.util.errors import UsageError
 
@@ -185,21 +186,22 @@ class ReportCheck:
     """Check of the reports of an episode, in their order: whether each request is the one that the rules make.
 
     Args:
-        has_commands: True if `action` is called at each instant with a command, and an action without one is a fault.
+        on_silence: called with the instant and the action that acts there, where `action` is not called; it raises
+            UsageError if that is a fault.
 
     Attributes:
         requests: number of requests so far.
         fault: the first fault, in a line that names the request; empty if there is none.
     """
 
-    def __init__(self, *, has_commands: bool = False) -> None:
+    def __init__(self, on_silence: Callable[[int, Chosen], None] = lambda _instant, _chosen: None) -> None:
         self.requests = 0
         self.fault = ""
         self._rules: Rules | None = None
         self._schedule: Schedule | None = None
         self._latencies: Source | None = None
         self._instant = 0
-        self._has_commands = has_commands
+        self._on_silence = on_silence
         self._answers: dict[int, NDArray[np.float64]] = {}
 
     def action(self, instant: int) -> tuple[int, NDArray[np.float64]] | None:
@@ -262,8 +264,8 @@ class ReportCheck:
         at = self._instant
         self._instant += schedule.period
         chosen = schedule.choose(at)
-        if chosen is not None and self._has_commands:
-            raise UsageError(f"request {chosen.request}: action {chosen.place} must act at tick {at} (got no command)")
+        if chosen is not None:
+            self._on_silence(at, chosen)
 
     def _differs(self, report: RequestReport, name: str, expected: int) -> None:
         found = getattr(report, name)

@@ -15,9 +15,11 @@ from cellwright.config.control import ControlSpace, side_name
 from cellwright.config.layout.robots import NAMESPACE
 from cellwright.config.robot.cameras import picture_cameras
 from cellwright.config.robot.config import RobotConfig
+from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.motion.robot_arms import RobotArm, robot_arms
 
-_STATES, _GRIPPERS, _STATUS = (f"/io_teleop/{name}" for name in ("joint_states", "gripper_states", "status"))
+STATES, GRIPPERS, STATUS = (f"/io_teleop/{name}" for name in ("joint_states", "gripper_states", "status"))
+"""Topics that tell where joints and grippers are, and whether the node takes commands."""
 
 
 class RobotWorkplace:
@@ -34,7 +36,7 @@ class RobotWorkplace:
         self.names = robot_names(robot, timestep)
         space = self.names.space
         self.arms: Mapping[str, ToolArm] = {arm.name: tool_arm(arm, space) for arm in _arms(robot, space)}
-        self._status = client.latest(_STATUS)
+        self._status = client.latest(STATUS)
 
     def start(self) -> None:
         """Wait until the node takes commands."""
@@ -47,7 +49,7 @@ class RobotWorkplace:
     def takes_commands(self) -> bool:
         """Return whether the node is enabled, not stopped, and not on its way home."""
         status = self._status.message
-        return status is not None and status.enabled and not status.emergency_stop and not status.resetting
+        return status is not None and takes_commands(status)
 
     def camera(self, name: str) -> LatestPicture:
         """Return the newest picture of a camera."""
@@ -56,10 +58,10 @@ class RobotWorkplace:
     def readers(self) -> list[Reader]:
         """Return what reads each channel."""
         channels = self.names.space.channels
-        states = self.client.latest(_STATES)
+        states = self.client.latest(STATES)
         found = [(position_reader(states, each.joint), states) for each in channels if each.kind == "joint"]
         if len(found) < len(channels):
-            closed = self.client.latest(_GRIPPERS)
+            closed = self.client.latest(GRIPPERS)
             names = [f"gripper_{number}" for number in range(len(channels) - len(found))]
             found += [(position_reader(closed, name), closed) for name in names]
         return found
@@ -67,6 +69,11 @@ class RobotWorkplace:
     def commander(self, period: int, channels: Collection[str]) -> RobotCommands:  # noqa: ARG002 - see there
         """Return what sends targets of these channels."""
         return RobotCommands(self.client, self.names.space, channels)
+
+
+def takes_commands(status: TeleopStatus) -> bool:
+    """Return whether a node with this status is enabled, not stopped, and not on its way home."""
+    return status.enabled and not status.emergency_stop and not status.resetting
 
 
 class RobotCommands:

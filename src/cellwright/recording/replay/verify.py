@@ -183,7 +183,7 @@ def verify(
     """
     simulation = rebuilt.served.simulation
     cell = rebuilt.served if isinstance(rebuilt.served, Cell) else None
-    taker, check = SceneCapture.of(rebuilt.served), EpisodeCheck(cell)
+    taker, check = SceneCapture.of(rebuilt.served), EpisodeCheck(rebuilt.served)
 
     def now() -> TickTime:
         return TickTime(simulation.clock.tick, simulation.now)
