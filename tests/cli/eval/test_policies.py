@@ -51,7 +51,6 @@ def test_server_that_is_lost_is_repeated_and_left(cellwright: CommandLine, tmp_p
     [
         (["--policy", "run.mcap"], "--policy: a recording is one run"),
         (["--policy", "hold", "--agents", "*.py:A"], "--policy: does not go with --agents"),
-        (["--policy", "hold", "--latency", "1ms", "--latency", "2ms", "--ray", "local"], "--ray: takes one --latency"),
         (["--policy", "hold", "--policy-map", "none.yaml"], "none.yaml: cannot be read"),
         (["--latency", "1ms"], "--latency requires --policy"),
     ],

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from cellwright.running.evaluation.results.results_file import read_results
 from tests.cli.conftest import CommandLine
 from tests.support.ports import free_port
+
+RAIL = """
+import numpy as np
+
+class Rail:
+    def infer(self, observation):
+        state = np.asarray(observation["state"], float)
+        return state + np.outer(np.arange(1, 5), np.eye(len(state))[0]) * 0.01
+"""
+"""A policy that moves the first channel, the rail."""
 
 
 @pytest.mark.slow
@@ -41,3 +53,21 @@ def test_tasks_run_on_a_cluster_until_their_interval_is_narrow(cellwright: Comma
     # Wilson's interval of 2 of 2 is 0.66 wide
     assert (ran.status, found["runs"], found["passed"]) == (0, 2, 2)
     assert [each["success"] for each in found["results"]] == [True, True]
+
+
+@pytest.mark.slow
+def test_policy_has_the_results_of_one_machine_on_a_cluster_at_each_latency(cellwright: CommandLine) -> None:
+    Path("rail.py").write_text(RAIL)
+    Path("times.txt").write_text("60\n")
+    words = ["eval", "pick_from_bin", "--policy", "rail.py:Rail", "--sweep", "time_limit=1", "--seeds", "2", "--vary"]
+    words += ["--latency", "10ms", "--latency", "file:times.txt"]
+    found = []
+    for folder, more in (("here", ()), ("there", ("--ray", "local"))):
+        ran = cellwright(*words, "--out", folder, *more)
+        assert ran.status == 1, ran.err  # the rail alone picks nothing
+        found.append(sorted(read_results(Path(folder)).values(), key=lambda each: (each.trial, each.seed)))
+    here, there = ([replace(each, wall=0.0) for each in results] for results in found)
+    assert here == there
+    assert {each.outcome for each in there} == {"time_limit"}
+    assert {each.overrides["latency_ms"] for each in there} == {"10", "file:times.txt"}
+    assert len({each.state_hash for each in there}) == 4

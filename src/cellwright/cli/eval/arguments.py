@@ -256,8 +256,6 @@ class EvaluationArguments:
         specs = self.policy.specs(self.agent)
         if any(map(is_recording, specs)):
             options.refuse("--policy: a recording is one run; `cellwright run` replays it")
-        if len(specs) > 1 and self.ray is not None:
-            options.refuse("--ray: takes one --latency; leave out the others")
         _ = self.part, self.limits.limits()
         if self.ray is not None and is_replay(self.agent):
             options.refuse(f"--agent {self.agent}: recordings do not get to the nodes of --ray; leave one out")

@@ -237,3 +237,12 @@ def test_program_and_map_of_a_policy_are_part_of_its_digest(folder: Path) -> Non
     (folder / "robot.py").write_text("class Robot: pass")
     digests.append(agent_digest(words))
     assert len(set(digests)) == 3
+
+
+def test_file_of_a_compared_latency_is_part_of_the_key(folder: Path) -> None:
+    trial, found = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0), []
+    for text in ("7\n", "8\n", "7\n"):
+        (folder / "times.txt").write_text(text)
+        [job] = make_jobs([trial], "policy --policy hold", [1], vary=False, latencies=["file:times.txt"])
+        found.append(job.key)
+    assert found[0] == found[2] != found[1]

@@ -170,7 +170,7 @@ def make_jobs(
     for trial, latency in product(trials, latencies):
         facts = key_facts(trial, program)
         facts |= ({"over": over} if over else {}) | ({"verify": True} if verify else {})
-        facts |= {"latency": latency} if latency else {}
+        facts |= {"latency": _latency_digest(latency)} if latency else {}
         swept = trial if not latency else replace(trial, name=f"{trial.name} {LATENCY}={latency_value(latency)}")
         for seed in seeds:
             recording = "" if recordings is None else str(recordings.of(swept.name, seed, vary=vary))
@@ -265,6 +265,12 @@ def _policy_digest(words: str) -> str:
     texts = [hashlib.sha256(file.read_bytes()).hexdigest() for file in spec.files]
     place = spec.policy.rpartition(":")[0] if is_class_path(spec.policy) and "://" not in spec.policy else ""
     return " ".join([words, *texts, *([_sources_digest(_sources(place))] if place else [])])
+
+
+def _latency_digest(latency: str) -> str:
+    """Return a latency with the digest of its file, if it has one."""
+    kind, _, path = latency.partition(":")
+    return f"{latency} {hashlib.sha256(Path(path).read_bytes()).hexdigest()}" if kind == "file" else latency
 
 
 def _sources(place: str) -> list[Path]:

@@ -47,6 +47,7 @@ def described(job: Job) -> dict[str, Any]:
 
 def order(job: Job, **changes: Any) -> dict[str, Any]:
     fields = {"key": job.key, "agent": job.agent, "trial": described(job), "seed": job.seed, "vary": job.vary}
+    fields |= {"latency": job.latency}
     return {**fields, "limits": LIMITS, "records": False, "over": job.over, "verify": job.verify, **changes}
 
 
@@ -120,7 +121,7 @@ def test_program_that_dies_has_a_verdict(folder: Path) -> None:
 @pytest.mark.parametrize(("program", "problem"), [("Deliver", ""), ("CannotBeMade", "no map found")])
 def test_check_returns_problem_of_agent(folder: Path, program: str, problem: str) -> None:
     (job,) = jobs_of(program)
-    checked = node.check(job.agent, [described(job)], LIMITS)["checked"]
+    checked = node.check(job.agent, job.program, [described(job)], LIMITS)["checked"]
     assert problem in checked
     assert bool(checked) == bool(problem)
 
@@ -147,7 +148,7 @@ def test_other_files_on_node_are_named(folder: Path, change: Callable[[], object
     sent = order(job)
     change()
     assert words in node.work(sent)["failure"]
-    assert words in node.check(job.agent, [sent["trial"]], LIMITS)["checked"]
+    assert words in node.check(job.agent, job.program, [sent["trial"]], LIMITS)["checked"]
 
 
 @pytest.mark.parametrize(

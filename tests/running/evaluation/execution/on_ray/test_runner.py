@@ -36,6 +36,36 @@ def test_program_that_nodes_do_not_get_is_refused(folder: Path, name: str) -> No
     assert str(refused.value) == f"--ray: {name}: {reason}"
 
 
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        ("{elsewhere}/programs.py:Deliver", "{elsewhere}/programs.py"),
+        ("hold --policy-map {elsewhere}/map.yaml", "{elsewhere}/map.yaml"),
+        ("hold --latency file:{elsewhere}/times.txt", "{elsewhere}/times.txt"),
+    ],
+)
+def test_file_of_a_policy_that_nodes_do_not_get_is_refused(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory, options: str, name: str
+) -> None:
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    for each in ("programs.py", "map.yaml", "times.txt"):
+        (elsewhere / each).write_text("7\n")
+    jobs = jobs_of(f"policy --policy {options.format(elsewhere=elsewhere)}")
+    with pytest.raises(UsageError, match=f"--ray: {name.format(elsewhere=elsewhere)}: nodes get the current folder"):
+        made(jobs)
+
+
+def test_file_of_a_compared_latency_that_nodes_do_not_get_is_refused(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    times = tmp_path_factory.mktemp("elsewhere") / "times.txt"
+    times.write_text("7\n")
+    trial = EvaluatedTrial("tiny", (Path("tiny.yaml").resolve(),), 6.0, 6.0, 500.0, given=("tiny.yaml",))
+    latencies = ["10ms", f"file:{times}"]
+    with pytest.raises(UsageError, match=f"--ray: {times}: nodes get the current folder"):
+        made(make_jobs([trial], "policy --policy hold --policy-map aloha", [1], vary=False, latencies=latencies))
+
+
 def test_trial_that_nodes_do_not_get_is_refused(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     other = tmp_path_factory.mktemp("other") / "tiny.yaml"
     other.write_bytes(Path("tiny.yaml").read_bytes())

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -43,11 +44,12 @@ class OtherNodeError(Exception):
     """A run would not be the same on this node; the text says why."""
 
 
-def check(agent: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, Any]) -> dict[str, Any]:
+def check(agent: str, program: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, Any]) -> dict[str, Any]:
     """Return `checked`: why an agent or a trial cannot be used on this node, in words; empty if they can.
 
     Args:
-        agent: its name, as for `find_agent`.
+        agent: the agent of all jobs, whose digest the trials have.
+        program: that of one job, as for `find_agent`: a policy's has its latency and seed.
         trials: of `RayRunner`, each with its facts.
         limits: fields of `RunLimits`.
 
@@ -60,7 +62,7 @@ def check(agent: str, trials: Sequence[Mapping[str, Any]], limits: Mapping[str, 
     except OtherNodeError as error:
         return {"checked": str(error)}
     with _evaluation(limits) as (evaluation, _):
-        problem = evaluation.check_agent(agent)
+        problem = evaluation.check_agent(program)
         _raise_fault(evaluation)
     return {"checked": problem}
 
@@ -84,8 +86,9 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         trial = _trial(order["trial"], agent)
     except OtherNodeError as error:
         return {"failure": str(error)}
-    protection = {"over": order["over"], "verify": order["verify"]}
-    job = make_jobs([trial], agent, [order["seed"]], vary=order["vary"], **protection)[0]
+    more = {"vary": order["vary"], "over": order["over"], "verify": order["verify"], "latencies": [order["latency"]]}
+    (job,) = make_jobs([trial], agent, [order["seed"]], **more)
+    job = replace(job, trial=trial)  # a compared latency is in its name already
     # An order may be that of a repetition, which differs by its key alone.
     if job.key != order["key"]:
         job = repeated(job)
@@ -98,7 +101,7 @@ def work(order: Mapping[str, Any]) -> dict[str, Any]:
         files = {
             path.relative_to(folder).as_posix(): _content(folder, path) for path in run_files(folder, job.log_name)
         }
-        if result.outcome in (Lost.DIED, Lost.REFUSED) and (problem := evaluation.check_agent(agent)):
+        if result.outcome in (Lost.DIED, Lost.REFUSED) and (problem := evaluation.check_agent(job.program)):
             # this node lacks a package that another one has
             return {"failure": problem}
     return {"result": result.as_json(), "files": files}

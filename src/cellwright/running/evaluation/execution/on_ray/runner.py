@@ -16,6 +16,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import IO, Any
 
+from cellwright._package import FOLDER
+from cellwright.clients.policies.spec import PolicySpec, is_policy
 from cellwright.running.evaluation.execution.runner import STARTS, Runner, RunnerOptions
 from cellwright.running.evaluation.plan.job import EvaluatedTrial, Job, agent_digest, key_facts
 from cellwright.running.evaluation.results.folder import LOGS
@@ -60,10 +62,10 @@ class RayRunner(Runner):
         if find_spec("ray") is None:
             raise UsageError("--ray: needs the package ray; pip install 'cellwright[ray]'")
         agent = jobs[0].agent
-        place = agent.rpartition(":")[0]
-        for name in [place] if place.endswith(".py") else []:
-            _refuse_elsewhere(name)
-        self._address = address
+        for program in {job.latency: job.program for job in jobs}.values():
+            for name in _files_of(program):
+                _refuse_elsewhere(name)
+        self._address, self._agent = address, agent
         self._most = most
         program = agent_digest(agent)
         self._trials = {trial: _described(trial, program) for trial in {job.trial: None for job in jobs}}
@@ -79,7 +81,8 @@ class RayRunner(Runner):
         try:
             problem = self._connect()
             if not problem:
-                given = {"agent": agent, "trials": list(self._trials.values()), "limits": asdict(self._limits)}
+                trials = list(self._trials.values())
+                given = {"agent": self._agent, "program": agent, "trials": trials, "limits": asdict(self._limits)}
                 self._order({"key": _CHECK, "check": given})
                 self._start_workers()
                 ended = self._wait_for_check(_IDLE_TIMEOUT)
@@ -186,6 +189,7 @@ class RayRunner(Runner):
             "records": self._options.records,
             "over": job.over,
             "verify": job.verify,
+            "latency": job.latency,
         }
 
     def _order(self, content: Mapping[str, Any]) -> None:
@@ -267,6 +271,18 @@ def _described(trial: EvaluatedTrial, program: str) -> dict[str, Any]:
         "overrides": list(map(str, trial.overrides)),
         "facts": key_facts(trial, program),
     }
+
+
+def _files_of(agent: str) -> list[str]:
+    """Return the files that an agent names: its own, or those of a policy and its rules."""
+    spec = PolicySpec.read(agent) if is_policy(agent) else None
+    place = (agent if spec is None else spec.policy).rpartition(":")[0]
+    more = () if spec is None else spec.files
+    return [*([place] if place.endswith(".py") else []), *(str(file) for file in more if not _is_bundled(file))]
+
+
+def _is_bundled(file: Path) -> bool:
+    return file.resolve().is_relative_to(FOLDER)
 
 
 def _refuse_elsewhere(name: str) -> None:
