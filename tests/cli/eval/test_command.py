@@ -146,6 +146,7 @@ def test_trial_without_arm_gets_bundled_arm(tiny: CommandLine) -> None:
         (["tiny.yaml", "--time-limit", "0"], "--time-limit 0: give a number from 0.1"),
         (["tiny.yaml", "--memory-limit", "nan"], "--memory-limit nan: give a number from 256"),
         (["tiny.yaml", "--seeds", "0"], "--seeds 0: give a number from 1"),
+        (["tiny.yaml", "--seeds", "few"], "--seeds few: is no number of seeds and no file"),
         (["tiny.yaml", "--jobs", "0"], "--jobs 0: give a number from 1"),
         (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written"),
         ([], "Missing argument"),

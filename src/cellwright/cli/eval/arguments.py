@@ -23,6 +23,7 @@ from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation.outputs.tracking import Tracking
 from cellwright.running.evaluation.plan.job import MEBIBYTE, EvaluatedTrial, RunLimits, models_digest
 from cellwright.running.evaluation.plan.recordings import is_replay
+from cellwright.running.evaluation.plan.seeds import read_seeds
 from cellwright.running.evaluation.plan.shard import Shard
 from cellwright.running.evaluation.plan.sweep import Sweep, check_effect, variant_name, variants
 from cellwright.running.evaluation.results.summary import Threshold
@@ -33,7 +34,7 @@ ARM_AND_SENSORS = bundled_sensors()[0]
 
 _LIMITS, _TRUST = "Limits of each run", "Programs that you do not trust"
 _NUMBER = "Number of runs"
-_MAX_SEEDS, _MAX_JOBS = 100_000, 1024
+_MAX_JOBS = 1024
 _MAX_COUNTED = 10_000  # seeds of a trial whose number follows from the results: each new one costs a look at all
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 
@@ -61,7 +62,10 @@ class LimitArguments:
 class NumberArguments:
     """Options of the number of seeds."""
 
-    seeds: Annotated[int | None, option("N", "Run each trial with the seeds 1 to N. Default: 1.", _NUMBER)] = None
+    seeds: Annotated[
+        str | None,
+        option("N", "Run each trial with the seeds 1 to N, or with those of a file, one a line. Default: 1.", _NUMBER),
+    ] = None
     until_width: Annotated[
         float | None,
         option(
@@ -97,8 +101,10 @@ class NumberArguments:
 
     def numbers(self, rule: WidthRule | None) -> Sequence[int]:
         """Return the seeds, all that may be run with a rule."""
-        last = rule.most if rule else _within("--seeds", 1 if self.seeds is None else self.seeds, 1, _MAX_SEEDS)
-        return range(1, last + 1)
+        if rule:
+            return range(1, rule.most + 1)
+        with options.errors_of("--seeds"):
+            return read_seeds("1" if self.seeds is None else self.seeds)
 
 
 @dataclass(frozen=True)

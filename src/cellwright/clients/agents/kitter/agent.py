@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TypeAlias
 
 from cellwright.clients.agents.kitter.agreement import Agreement
 from cellwright.clients.agents.kitter.arm import JOINT_STATES_TIMEOUT, KitterArm
@@ -33,6 +34,8 @@ LEVEL_HAND = 0.003
 
 log = logging.getLogger(__name__)
 
+_MakeHand: TypeAlias = Callable[[Client, KitterArm, Catalogue, Workplace], Manipulator]
+
 
 class KitterAgent:
     """Builds the ordered kits from bins and belts, and sends them.
@@ -42,7 +45,7 @@ class KitterAgent:
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""
-        crew = _Crew(client)
+        crew = _Crew(client, self.hand)
         if crew.size == 1:
             work = crew.prepare(client, 0)
             if crew.start(client):
@@ -56,11 +59,16 @@ class KitterAgent:
         finally:
             turns.close()
 
+    def hand(self, client: Client, arm: KitterArm, catalogue: Catalogue, places: Workplace) -> Manipulator:
+        """Return what picks and places with an arm; a subclass may return one with other habits."""
+        return Manipulator(client, arm, catalogue, places)
+
 
 class _Crew:
     """The arms of a cell, as a client has it."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: Client, make_hand: _MakeHand) -> None:
+        self._make_hand = make_hand
         self._layout = layout = client.layout()
         self._postures = postures = _postures(client, layout)
         self._workplaces = share_out([Workplace(layout, each) for each in postures])
@@ -94,7 +102,7 @@ class _Crew:
         fault = arm.fault_at_home() if isinstance(arm, CrewArm) else None
         if fault is not None:
             raise UsageError(f"at home {fault}; give the arms other homes in the cell's section arms: home")
-        hand = Manipulator(client, arm, catalogue, places)
+        hand = self._make_hand(client, arm, catalogue, places)
         share = self._agreement.share(index)
         types = sorted({each for some in belt_types.values() for each in some})
         supply = Supply(client, view, arm, hand, share, types)
