@@ -1,0 +1,1 @@
+"""Behaviour cloning with NumPy alone: samples of demonstrations, a network, its training, and the agent."""

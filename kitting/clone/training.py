@@ -1,0 +1,63 @@
+"""Training of a clone from the recordings of demonstrations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from kitting.clone.network import Array, Network, train
+from kitting.clone.samples import chunks_of, read_demonstration
+
+STEPS: Final = 4000
+"""Steps of training of a task."""
+SEED: Final = 1
+"""Seed of weights, batches and noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trained:
+    """Result of a training.
+
+    Attributes:
+        network: the network.
+        demonstrations: number of demonstrations that succeeded, and that it learned from.
+        samples: number of samples.
+        error: mean squared error of the last steps, in the scale of the answers.
+    """
+
+    network: Network
+    demonstrations: int
+    samples: int
+    error: float
+
+
+def train_clone(recordings: Sequence[Path], steps: int = STEPS, seed: int = SEED) -> Trained:
+    """Train the network of a task from recordings of its demonstrations.
+
+    Args:
+        recordings: files of `cellwright eval --record`.
+        steps: steps of training.
+        seed: seed of weights, batches and noise.
+
+    Raises:
+        RecordingError: a recording cannot be run again.
+        UsageError: none has succeeded.
+    """
+    demonstrations = [read_demonstration(path) for path in recordings]
+    inputs, chunks = chunks_of(demonstrations)
+    outputs = distances(inputs, chunks)
+    network = Network.begin(inputs, outputs, seed)
+    errors = train(network, inputs, outputs, steps, seed)
+    used = sum(each.is_success for each in demonstrations)
+    return Trained(network, used, len(inputs), float(np.mean(errors[-100:])))
+
+
+def distances(inputs: Array, chunks: Array) -> Array:
+    """Return the answers to learn, shape (N, H · C): how far each target is from where its channel is observed."""
+    count = chunks.shape[2]
+    found: Array = (chunks - inputs[:, np.newaxis, :count]).reshape(len(inputs), -1)
+    return found

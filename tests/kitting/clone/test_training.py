@@ -1,0 +1,28 @@
+"""Training of a clone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cellwright
+from kitting.benchmark import Split, find_tasks
+from kitting.clone.samples import HORIZON
+from kitting.clone.training import distances, train_clone
+
+
+def test_answers_are_distances_of_each_target_from_where_its_channel_is_observed() -> None:
+    inputs = np.array([[1.0, 2.0, 9.0]])
+    chunks = np.array([[[1.5, 2.0], [3.0, 1.0]]])
+    assert distances(inputs, chunks).tolist() == [[0.5, 0.0, 2.0, -1.0]]
+
+
+@pytest.mark.slow
+def test_network_learns_a_demonstration(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    cellwright.run_trial(find_tasks(["pick_from_bin"])[0].file(Split.TRAIN), "kitter", seed=1, record=path)
+    trained = train_clone([path], steps=300)
+    assert trained.demonstrations == 1
+    assert trained.samples > 30
+    assert trained.error < 0.3  # of the variance of the answers
+    assert trained.network.outputs.shape == (2, 8 * HORIZON)
