@@ -29,11 +29,11 @@ def test_invalid_joints_are_refused() -> None:
 
 @pytest.mark.parametrize("positions", [list(INITIAL), tuple(INITIAL), np.array(INITIAL), []])
 def test_positions_without_names_are_refused_since_their_order_is_not_known(positions: Any) -> None:
-    for refused in (lambda: Joints.of(positions), lambda: solve(tool_down(-0.3, 0.23, 0.85), positions)):
-        with pytest.raises(
-            UsageError, match="names no joints, and lists of the client have another order; give Joints"
-        ):
-            refused()
+    reason = "names no joints, and lists of the client have another order; give Joints"
+    with pytest.raises(UsageError, match=reason):
+        Joints.of(positions)
+    with pytest.raises(UsageError, match=reason):
+        solve(tool_down(-0.3, 0.23, 0.85), positions)
 
 
 def test_ordered_returns_values_in_given_order() -> None:

@@ -75,7 +75,7 @@ def of_topic(commands: Sequence[Command], topic: str) -> list[int]:
     [(going(0, 0.5), "", "70ms"), (stepping, STEPS, ""), (stepping, STEPS, "normal:60ms,20ms"), (tipping, TIP, "40ms")],
 )
 def test_commands_of_each_kind_follow_from_the_answers(infer: Any, actions: str, latency: str, tmp_path: Path) -> None:
-    options = {"map_file": key_map(tmp_path, actions)} if actions else {}
+    options: dict[str, Any] = {"map_file": key_map(tmp_path, actions)} if actions else {}
     commands = driven(infer, latency=latency, **options)
     assert len(of_topic(commands, JOINT_COMMAND)) > 15
     assert fault(commands) == ""
