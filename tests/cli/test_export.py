@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.recording.dataset.made import kitted
 from tests.recording.dataset.sets import DATA, change_table, write
 
 
@@ -22,6 +23,27 @@ def test_recorded_run_becomes_a_set_that_the_check_accepts(cellwright: CommandLi
     assert (checked.status, checked.out) == (0, "ok\n")
 
 
+@pytest.mark.slow
+def test_check_with_recordings_replays_the_actions(cellwright: CommandLine) -> None:
+    kitted(Path("run.mcap"))
+    cellwright("export", "run.mcap", "--out", "picks")
+    checked = cellwright("export", "run.mcap", "--check", "picks")
+    assert (checked.status, checked.out) == (0, "ok\nreplayed    1 of 1 successes succeed again\n")
+    other = cellwright("export", "run.mcap", "run.mcap", "--check", "picks")
+    assert other.status == 2
+    assert "picks: has 1 episodes (got 2 recordings); give that of each, in their order" in other.err
+
+
+def test_stopped_export_says_how_to_go_on(cellwright: CommandLine) -> None:
+    rest = ("--agent", "none", "--until", "0.1", "--no-picture", "--record")
+    cellwright("run", "pick_from_bin", *rest, "run.mcap")
+    cellwright("run", "lesson", *rest, "other.mcap")
+    ran = cellwright("export", "run.mcap", "other.mcap", "--out", "picks")
+    assert ran.status == 2
+    assert "unfinished  .picks.part; the same command goes on from there\n" in ran.err
+    assert "sentence: lesson has no task that says one" in ran.err
+
+
 def test_check_prints_problems_and_exits_with_1(cellwright: CommandLine) -> None:
     folder = write(Path("damaged"))
     change_table(folder / DATA, lambda table: table.drop_columns(["action"]))
@@ -34,7 +56,7 @@ def test_check_prints_problems_and_exits_with_1(cellwright: CommandLine) -> None
     [
         ((), "export: give recordings and --out FOLDER, or --check FOLDER"),
         (("run.mcap",), "export: give recordings and --out FOLDER, or --check FOLDER"),
-        (("run.mcap", "--check", "set"), "--check: takes no recordings and no --out; check the folder alone"),
+        (("--check", "set", "--out", "other"), "--check: takes no --out; check the folder alone, or with its"),
         (("run.mcap", "--out", "set"), "run.mcap"),
     ],
     ids=["nothing", "no-folder", "both", "missing"],

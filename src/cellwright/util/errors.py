@@ -69,6 +69,10 @@ class RecordingError(UsageError):
     """A recording of a run that cannot be read, or has unexpected contents."""
 
 
+class ForeignRecordingError(RecordingError):
+    """An MCAP file of another program, such as a bag of ROS 2."""
+
+
 class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; it has no effect on the cell."""
 

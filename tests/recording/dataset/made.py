@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,18 @@ class Steers:
             client.sleep(1 / RATE)
             before = list(action)
         client.sleep(100.0)
+
+
+def kitted(path: Path, seed: int = SEED, *, varied: bool = False, until: float | None = None) -> Path:
+    """Record a run of the task by kitter."""
+    with (
+        Session(TASK, seed=seed, record=path, options=RunOptions(until=until)) as session,
+        closing(session.node.simulation),  # kitter looks at pictures, which a process draws
+    ):
+        if varied:
+            session.reset(seed=seed, variation=True)
+        session.run("kitter")
+    return path
 
 
 def actions_around(first: Any, count: int) -> list[Any]:

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from cellwright.recording.dataset.episode import Column, Episode
+from cellwright.recording.dataset.films import Films
 from cellwright.recording.dataset.layout import INFO, picture_key
 from cellwright.recording.dataset.lerobot import write_lerobot
 
@@ -32,16 +33,15 @@ def grey(episode: int, frame: int, camera: str = "top") -> int:
 
 
 def made(number: int = 0, cameras: tuple[str, ...] = ("top",), **changes: Any) -> Episode:
-    """An episode by its number; `pictures` may be a function of the frame that returns a picture."""
+    """An episode by its number; `picture` may be a function of frame and camera, `filmed` their number of frames."""
     frames = changes.pop("frames", LENGTHS[number % 2])
     picture: Callable[[int, str], NDArray[np.uint8]] = changes.pop(
         "picture", lambda frame, camera: np.full((HEIGHT, WIDTH, 3), grey(number, frame, camera), np.uint8)
     )
 
-    def pictures() -> Iterator[dict[str, NDArray[np.uint8]]]:
-        for frame in range(frames):
-            yield {camera: picture(frame, camera) for camera in cameras}
-
+    films = Films(f"run{number}.mcap", cameras, RATE)
+    for frame in range(changes.pop("filmed", frames)):
+        films.add({camera: picture(frame, camera) for camera in cameras})
     random = np.random.default_rng(number)
     last = np.arange(frames) == frames - 1
     given: dict[str, Any] = {
@@ -55,8 +55,7 @@ def made(number: int = 0, cameras: tuple[str, ...] = ("top",), **changes: Any) -
             Column("next.reward", last.astype(np.float32), ()),
             Column("next.done", last, ()),
         ),
-        "cameras": cameras,
-        "pictures": pictures,
+        "films": films.finish(),
         "is_success": number % 2 == 0,
     }
     return Episode(**{**given, **changes})

@@ -19,7 +19,7 @@ STATE = FIRST.columns[0]
     ("changes", "text"),
     [
         ({"rate": 10}, "rate: other than in run0.mcap, 20 Hz (got 10 Hz)"),
-        ({"cameras": ()}, "cameras: other than in run0.mcap, top (got none)"),
+        ({"films": ()}, "cameras: other than in run0.mcap, top (got none)"),
         ({"columns": FIRST.columns[:1]}, "columns: other than in run0.mcap, observation.state, action"),
         (
             {"columns": (replace(STATE, names=("a", "b", "d")), *FIRST.columns[1:])},

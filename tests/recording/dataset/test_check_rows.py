@@ -1,64 +1,31 @@
 """Tests of the check of tables: order, types, places and sentences, also those that LeRobot reads without a word."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pyarrow
-import pyarrow.compute
 import pytest
 
 from cellwright.recording.dataset.check import check_lerobot
 from cellwright.recording.dataset.check_rows import check_rows
 from cellwright.recording.dataset.described import read_description
 from cellwright.recording.dataset.layout import INFO, TASKS
+from tests.recording.dataset.damage import (
+    Change,
+    as_lists,
+    put,
+    replaced,
+    reversed_rows,
+    swapped,
+    with_another,
+    without,
+)
 from tests.recording.dataset.sets import DATA, EPISODES, change_info, change_table, copied, write
-
-Change = Callable[[Any], Any]
 
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write(tmp_path_factory.mktemp("sets") / "good")
-
-
-def reversed_rows(table: Any) -> Any:
-    return table.take(pyarrow.array(range(table.num_rows)[::-1]))
-
-
-def without(name: str) -> Change:
-    return lambda table: table.drop_columns([name])
-
-
-def put(name: str, change: Change) -> Change:
-    """Change the values of a column."""
-    return lambda table: table.set_column(
-        table.column_names.index(name), name, pyarrow.array(change(table[name].to_pylist()), table[name].type)
-    )
-
-
-def replaced(row: int, value: Any) -> Change:
-    return lambda values: [*values[:row], value, *values[row + 1 :]]
-
-
-def as_lists(table: Any) -> Any:
-    """Give a scalar column the type of lists with one value."""
-    values = table["next.reward"].combine_chunks()
-    column = pyarrow.FixedSizeListArray.from_arrays(values, 1)
-    return table.set_column(table.column_names.index("next.reward"), "next.reward", column)
-
-
-def with_another(table: Any) -> Any:
-    return table.append_column("extra", pyarrow.array(range(table.num_rows)))
-
-
-def swapped(table: Any) -> Any:
-    """Exchange two neighbouring rows in one episode."""
-    order = [*range(table.num_rows)]
-    order[3], order[4] = 4, 3
-    return table.take(pyarrow.array(order))
 
 
 @pytest.mark.parametrize(

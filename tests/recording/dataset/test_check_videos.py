@@ -12,6 +12,7 @@ import pytest
 from cellwright.recording.dataset.check import check_lerobot
 from cellwright.recording.dataset.check_videos import check_videos
 from cellwright.recording.dataset.described import read_description
+from tests.recording.dataset.damage import put, replaced
 from tests.recording.dataset.sets import (
     EPISODES,
     HEIGHT,
@@ -25,7 +26,6 @@ from tests.recording.dataset.sets import (
     greys,
     write,
 )
-from tests.recording.dataset.test_check_rows import put, replaced
 
 VIDEO = "videos/observation.images.top/chunk-000/file-000.mp4"
 COLUMN = "videos/observation.images.top"

@@ -15,11 +15,12 @@ from cellwright import RunOptions, Session
 from cellwright.envs.cell_env import CellEnv
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.dataset.episode import Episode
+from cellwright.recording.dataset.films import Films
 from cellwright.recording.dataset.recorded import recorded_episode
 from cellwright.running.run import cell_result
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.cell.tasks.cells import BASE
-from tests.recording.dataset.made import RATE, SEED, TASK, actions_around, steered
+from tests.recording.dataset.made import RATE, SEED, TASK, actions_around, kitted, steered
 
 FRAMES = 8
 CAMERA = "overhead"
@@ -71,21 +72,28 @@ def test_episode_that_the_recording_ends_is_truncated(path: Path) -> None:
 
 @pytest.mark.slow
 def test_pictures_are_those_of_an_environment(path: Path) -> None:
-    episode = recorded_episode(path, RATE, [CAMERA])
-    assert episode.cameras == (CAMERA,)
-    drawn = list(episode.pictures())
+    drawn: list[Any] = []
+    episode = recorded_episode(path, RATE, [CAMERA], on_pictures=drawn.append)
+    expected, films = observed(CAMERA)[:-1], Films("run.mcap", [CAMERA], RATE)
     assert len(drawn) == FRAMES
-    for picture, expected in zip(drawn, observed(CAMERA), strict=False):
-        assert np.array_equal(picture[CAMERA], expected["pixels"][CAMERA])
+    for picture, each in zip(drawn, expected, strict=True):
+        assert np.array_equal(picture[CAMERA], each["pixels"][CAMERA])
+        films.add(each["pixels"])
+    [film], [wanted] = episode.films, films.finish()
+    assert (film.camera, film.frames, film.video) == (CAMERA, FRAMES, wanted.video)
+    assert film.statistics.as_lists() == wanted.statistics.as_lists()
+
+
+def test_cameras_without_the_package_for_videos_are_refused(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.recording.dataset.recorded.is_installed", lambda name: name != "av")
+    with pytest.raises(UsageError, match=r"^cameras: videos need the package av; pip install 'cellwright\[video\]'$"):
+        recorded_episode(path, RATE, [CAMERA])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_actions_of_the_kitter_succeed_in_an_environment(seed: int, tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    with Session(TASK, seed=seed, record=path) as session, closing(session.node.simulation):
-        session.run("kitter")
-    episode = recorded_episode(path, RATE)
+    episode = recorded_episode(kitted(tmp_path / "run.mcap", seed), RATE)
     found = values(episode)
     assert episode.is_success
     assert found["next.reward"][-1] == 1.0

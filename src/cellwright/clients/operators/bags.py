@@ -2,6 +2,8 @@
 
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from cellwright.clients.operators.playback import GRIPPERS, Targets, TargetSample
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.config.parsing.tree import Place, Problem, shortened
-from cellwright.util.errors import UsageError
+from cellwright.util.errors import CellwrightError, UsageError
 
 COMMANDS = (
     JOINT_COMMAND,
@@ -32,32 +34,43 @@ def is_bag(path: Path) -> bool:
     return path.suffix.lower() == ".bag" or os.path.isdir(path)
 
 
+@contextmanager
+def opened_bag(path: Path) -> Iterator[AnyReader]:
+    """Open a ROS recording, and close it afterwards.
+
+    Raises:
+        UsageError: it cannot be read, now or by what is done meanwhile.
+    """
+    if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
+        raise UsageError(f"{path}: cannot be read as a bag: not a regular file")
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            yield reader
+    except CellwrightError:
+        raise
+    except Exception as error:  # a damaged file fails anywhere in the library
+        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
+        raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
+
+
 def read_bag(path: Path, topic: str | None = None) -> Targets:
     """Return the targets in a bag: all its commands, or one topic of joint states as targets of joints.
 
     Raises:
         UsageError: it cannot be read, or has no targets.
     """
-    if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
-        raise UsageError(f"{path}: cannot be read as a bag: not a regular file")
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
-            topics = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
-            # some recorders leave the slash out
-            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in topics]
-            if not chosen:
-                lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
-                raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
-            samples = [
-                _sample(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
-                for connection, time, data in reader.messages(connections=chosen)
-            ]
-    except UsageError:
-        raise
-    except Exception as error:  # a damaged file fails anywhere in the library
-        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
-        raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
+    with opened_bag(path) as reader:
+        found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
+        topics = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
+        # some recorders leave the slash out
+        chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in topics]
+        if not chosen:
+            lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
+            raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
+        samples = [
+            _sample(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
+            for connection, time, data in reader.messages(connections=chosen)
+        ]
     if not samples:
         raise UsageError(f"{path}: it holds no messages")
     begin, to = samples[0].time, None if topic is None else JOINT_COMMAND

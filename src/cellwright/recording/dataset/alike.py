@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.recording.dataset.episode import Column, Episode
+from cellwright.recording.dataset.episode import Column, Episode, Film
 from cellwright.recording.dataset.layout import FRAME_COLUMNS, picture_key
 from cellwright.util.errors import UsageError
 
@@ -15,8 +15,8 @@ def require_valid(episode: Episode) -> None:
     """Require of an episode what a data set takes.
 
     Raises:
-        UsageError: it has no frames, columns of different lengths, values that are not finite, a type that is neither
-            float32 nor bool, or names that a set cannot have; the text names the recording.
+        UsageError: it has no frames, or columns or films of different lengths; a value is not finite; a type is neither
+            float32 nor bool; a name is none for a set. The text names the recording.
     """
     names = [*(column.name for column in episode.columns), *map(picture_key, episode.cameras)]
     for name in names:
@@ -29,10 +29,15 @@ def require_valid(episode: Episode) -> None:
     for column in episode.columns:
         if wrong := _wrong(column, len(episode.columns[0].values)):
             raise UsageError(f"{episode.source}: {column.name}: {wrong}")
+    frames = len(episode.columns[0].values)
+    for film in episode.films:
+        if film.frames != frames:
+            text = f"one picture per frame (got {film.frames} for {frames})"
+            raise UsageError(f"{episode.source}: camera {film.camera}: {text}")
 
 
 def require_alike(episode: Episode, first: Episode) -> None:
-    """Require that an episode has the robot, rate, columns and cameras of the first one of its set.
+    """Require that an episode has the robot, rate, columns and films of the form of the first one of its set.
 
     Raises:
         UsageError: something differs; the text names both recordings and what differs.
@@ -46,6 +51,9 @@ def require_alike(episode: Episode, first: Episode) -> None:
     if pairs[-1][1] == pairs[-1][2]:
         both = zip(episode.columns, first.columns, strict=True)
         pairs += [(f"column {one.name}", _form(one), _form(other)) for one, other in both]
+    if episode.cameras == first.cameras:
+        films = zip(episode.films, first.films, strict=True)
+        pairs += [(f"camera {one.camera}", _size(one), _size(other)) for one, other in films]
     for name, value, expected in pairs:
         if value != expected:
             text = f"{name}: other than in {first.source}, {expected} (got {value})"
@@ -69,6 +77,10 @@ def _wrong(column: Column, frames: int) -> str:
 
 def _form(column: Column) -> str:
     return f"{column.values.dtype} {_listed(column.names)}"
+
+
+def _size(film: Film) -> str:
+    return f"{film.width} x {film.height} pixels"
 
 
 def _listed(names: Any) -> str:

@@ -1,11 +1,11 @@
-"""Episodes of a data set: columns of values at one rate, and the pictures beside them."""
+"""Episodes of a data set: columns of values at one rate, and the films of its cameras beside them."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
+
+from cellwright.recording.dataset.statistics import PictureStatistics
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,31 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
+class Film:
+    """Pictures of a camera in one episode, encoded on their own: the bytes depend on these pictures alone.
+
+    Attributes:
+        camera: name of the camera.
+        width: width of each picture [pixels].
+        height: height of each picture [pixels].
+        frames: number of its pictures.
+        video: AV1 in the bytes of an MP4 file.
+        statistics: of all pixels, before the losses of the video.
+
+    Example:
+        >>> Film("wrist", 640, 480, 0, b"", PictureStatistics()).frames
+        0
+    """
+
+    camera: str
+    width: int
+    height: int
+    frames: int
+    video: bytes
+    statistics: PictureStatistics
+
+
+@dataclass(frozen=True, slots=True)
 class Episode:
     """One run at one rate, with what was seen and what was executed.
 
@@ -37,14 +62,12 @@ class Episode:
         sentence: the task in words.
         rate: frames in a second [Hz].
         columns: the features, all with the same number of frames.
-        cameras: names of the cameras of its pictures.
-        pictures: draws them again: yields a dictionary for each frame, in order, with a picture (height, width, 3) by
-            the name of its camera.
+        films: the pictures of each frame, by camera.
         is_success: True if the run has succeeded.
 
     Example:
         >>> done = Column("next.done", np.array([False, True]), ())
-        >>> episode = Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), lambda: iter([{}, {}]), True)
+        >>> episode = Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
         >>> len(episode.columns[0].values)
         2
     """
@@ -54,6 +77,10 @@ class Episode:
     sentence: str
     rate: int
     columns: tuple[Column, ...]
-    cameras: tuple[str, ...]
-    pictures: Callable[[], Iterator[dict[str, NDArray[np.uint8]]]]
+    films: tuple[Film, ...]
     is_success: bool
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras of its films."""
+        return tuple(film.camera for film in self.films)

@@ -28,7 +28,7 @@ from cellwright.recording.dataset.layout import (
 )
 from cellwright.recording.dataset.statistics import PictureStatistics, column_statistics
 from cellwright.recording.dataset.tables import DataFiles, write_episodes, write_tasks
-from cellwright.recording.dataset.video import CameraVideos, Clip, video_feature
+from cellwright.recording.dataset.video import CameraVideos, video_feature
 from cellwright.util.errors import UsageError
 
 
@@ -36,28 +36,30 @@ def write_lerobot(
     folder: str | Path,
     episodes: Iterable[Episode],
     on_progress: Callable[[int, int], None] = lambda _episodes, _frames: None,
+    *,
+    beside: Path | None = None,
 ) -> None:
     """Write episodes as a LeRobotDataset v3.0, whole or not at all.
 
     Equal episodes give equal bytes with the same versions of pyarrow and av. Statistics are exact, over all frames and
-    pixels. The set grows in a hidden folder beside `folder`. A killed export leaves that one behind, and another call
-    begins from the start. Needs `cellwright[parquet,video]`.
+    pixels. The set grows in a hidden folder, which a killed program leaves behind; another call begins from the start.
+    Needs `cellwright[parquet,video]`.
 
     Args:
         folder: the new folder of the set.
         episodes: all with the same robot, rate, columns and cameras; taken one after the other.
         on_progress: takes the number of episodes and of frames so far, after each episode.
+        beside: folder in which the set grows, on the same file system, created if needed; None for that of `folder`.
 
     Raises:
         UsageError: the folder exists, there is no episode, or an episode cannot stand beside the first; the text names
             its recording.
-        CellwrightError: the pictures cannot be encoded.
         OSError: the set cannot be written.
 
     Example:
         >>> from cellwright.recording.dataset.episode import Column, Episode
         >>> action = Column("action", np.zeros((3, 2), np.float32), ("shoulder", "elbow"))
-        >>> episode = Episode("run.mcap", "cellwright_ur10", "Pick it.", 20, (action,), (), lambda: iter(()), True)
+        >>> episode = Episode("run.mcap", "cellwright_ur10", "Pick it.", 20, (action,), (), True)
         >>> write_lerobot("picks", [episode])
         >>> sorted(path.name for path in Path("picks/meta").iterdir())
         ['episodes', 'info.json', 'stats.json', 'tasks.parquet']
@@ -65,9 +67,11 @@ def write_lerobot(
     folder = Path(folder)
     if os.path.lexists(folder):
         raise UsageError(f"{folder}: exists already; name another folder, or remove this one")
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-", suffix=".part") as beside:
-        unfinished = Path(beside) / "set"
+    place = folder.parent if beside is None else beside
+    for needed in (folder.parent, place):
+        needed.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=place, prefix=f".{folder.name}-", suffix=".part") as temporary:
+        unfinished = Path(temporary) / "set"
         unfinished.mkdir()
         written = _Set(unfinished)
         for episode in episodes:
@@ -87,15 +91,14 @@ class _Set:
         self.frames = 0
         self._folder = folder
         self._data = DataFiles(folder)
-        self._episodes: list[Episode] = []  # of which the columns are kept, for the exact statistics of all
+        self._episodes: list[Episode] = []  # without videos; the columns are kept for the exact statistics of all
         self._numbers: list[dict[str, NDArray[Any]]] = []
         self._videos: dict[str, CameraVideos] = {}
         self._seen: dict[str, PictureStatistics] = {}
-        self._sizes: dict[str, tuple[int, int]] = {}  # of each camera: width, height [pixels]
         self._sentences: dict[str, int] = {}
 
     def add(self, episode: Episode) -> None:
-        """Add an episode, with its pictures.
+        """Add an episode, with its films.
 
         Raises:
             UsageError: it is not valid, or differs from the first one.
@@ -109,15 +112,15 @@ class _Set:
         row: dict[str, Any] = {"episode_index": len(self.rows), "tasks": [episode.sentence], "length": count}
         row |= self._data.append(columns)
         row |= {"dataset_from_index": self.frames, "dataset_to_index": self.frames + count}
-        for camera, (clip, seen) in self._filmed(episode, count).items():
-            key = picture_key(camera)
-            row |= self._videos.setdefault(key, CameraVideos(self._folder, key, episode.rate)).append(clip)
-            self._seen.setdefault(key, PictureStatistics()).include(seen)
-            statistics[key] = seen.as_lists()
+        for film in episode.films:
+            key = picture_key(film.camera)
+            row |= self._videos.setdefault(key, CameraVideos(self._folder, key, episode.rate)).append(film.video)
+            self._seen.setdefault(key, PictureStatistics()).include(film.statistics)
+            statistics[key] = film.statistics.as_lists()
         for feature, figures in statistics.items():
             row |= {f"stats/{feature}/{name}": values for name, values in figures.items()}
         self.rows.append(row)
-        self._episodes.append(replace(episode, pictures=lambda: iter(())))  # they may hold a whole run
+        self._episodes.append(replace(episode, films=tuple(replace(film, video=b"") for film in episode.films)))
         self._numbers.append(columns)
         self.frames += count
 
@@ -148,37 +151,6 @@ class _Set:
         given = {each.name: each.values for each in episode.columns}
         return {**{name: values[:, 0] if values.shape[1:] == (1,) else values for name, values in given.items()}, **own}
 
-    def _filmed(self, episode: Episode, count: int) -> dict[str, tuple[bytes, PictureStatistics]]:
-        """Draw and encode the pictures of an episode; return a clip and its statistics for each camera."""
-        clips: dict[str, Clip] = {}
-        seen = {camera: PictureStatistics() for camera in episode.cameras}
-        for pictures in episode.pictures() if episode.cameras else ():
-            for camera in episode.cameras:
-                picture = pictures.get(camera)
-                if picture is None:
-                    continue  # found below, by the number of pictures
-                width, height = self._checked_size(episode, camera, picture)
-                if camera not in clips:
-                    clips[camera] = Clip(width, height, episode.rate)
-                clips[camera].add(picture)
-                seen[camera].add(picture)
-        for camera in episode.cameras:
-            drawn = clips[camera].frames if camera in clips else 0
-            if drawn != count:
-                raise UsageError(f"{episode.source}: camera {camera}: one picture per frame (got {drawn} for {count})")
-        return {camera: (clip.finish(), seen[camera]) for camera, clip in clips.items()}
-
-    def _checked_size(self, episode: Episode, camera: str, picture: NDArray[np.uint8]) -> tuple[int, int]:
-        height, width, _ = picture.shape
-        place, text = f"{episode.source}: camera {camera}", f"{width} x {height} pixels"
-        if width % 2 or height % 2:
-            raise UsageError(f"{place}: width and height must be even for a video (got {text}); change the camera")
-        first = self._sizes.setdefault(camera, (width, height))
-        if (width, height) != first:
-            expected = "{} x {}".format(*first)
-            raise UsageError(f"{place}: all pictures of a set have one size (got {text}, before {expected})")
-        return first
-
     def _info(self) -> dict[str, Any]:
         first = self._episodes[0]
         features: dict[str, Any] = {}
@@ -186,8 +158,8 @@ class _Set:
             width = column.values.shape[1] if column.values.ndim == 2 else 1
             names = [*column.names] or None
             features[column.name] = {"dtype": str(column.values.dtype), "shape": [width], "names": names}
-        for camera, (width, height) in self._sizes.items():
-            features[picture_key(camera)] = video_feature(width, height, first.rate)
+        for film in first.films:
+            features[picture_key(film.camera)] = video_feature(film.width, film.height, first.rate)
         features |= {name: {"dtype": dtype, "shape": [1], "names": None} for name, dtype in FRAME_COLUMNS.items()}
         return {
             "codebase_version": VERSION,

@@ -1,9 +1,13 @@
 """Outcomes of the frames of a cell's run: reward, success and end, by its task, or by its score without one."""
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState, EndReason
+from cellwright.recording.dataset.episode import Column
 
 
 class FrameOutcome(NamedTuple):
@@ -60,3 +64,23 @@ class Outcomes:
             reward = 1.0 if is_success else task.potential() if task.task.reward == "shaped" else 0.0
         is_terminated = is_success or (is_over and not competition.is_timed_out)
         return FrameOutcome(reward, is_success, is_terminated, is_success or is_over)
+
+
+def outcome_columns(count: int, outcomes: Sequence[FrameOutcome]) -> Iterator[Column]:
+    """Yield the columns of what frames come to: `next.done`, `next.truncated`, and of judged ones reward and success.
+
+    Args:
+        count: number of frames.
+        outcomes: one for each; none where nothing judges, as at a robot's node.
+
+    Example:
+        >>> [column.name for column in outcome_columns(2, [])]
+        ['next.done', 'next.truncated']
+    """
+    if outcomes:
+        yield Column("next.reward", np.array([each.reward for each in outcomes], np.float32), ())
+        yield Column("next.success", np.array([each.is_success for each in outcomes], np.bool_), ())
+    done = np.arange(count) == count - 1
+    yield Column("next.done", done, ())
+    is_terminated = bool(outcomes) and outcomes[-1].is_terminated
+    yield Column("next.truncated", done & (not is_terminated), ())

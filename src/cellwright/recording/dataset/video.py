@@ -36,13 +36,17 @@ class Clip:
         height: even number of pixels.
         rate: pictures per second.
 
+    Attributes:
+        width: width of the pictures [pixels].
+        height: height of the pictures [pixels].
+        frames: number of pictures so far.
+
     Raises:
         CellwrightError: the installed package av has no encoder for AV1, or it does not take this size.
     """
 
     def __init__(self, width: int, height: int, rate: int) -> None:
-        self.frames = 0
-        """Number of pictures so far."""
+        self.width, self.height, self.frames = width, height, 0
         os.environ.setdefault("SVT_LOG", _ERRORS_ALONE)  # the encoder reads it when it starts, and prints on stderr
         self._content = io.BytesIO()
         self._container = av.open(self._content, "w", format="mp4")
@@ -71,7 +75,7 @@ class Clip:
         try:
             self._container.mux(self._stream.encode(frame))
         except av.FFmpegError as error:
-            size = f"{self._stream.width} x {self._stream.height}"
+            size = f"{self.width} x {self.height}"
             raise CellwrightError(f"{_ENCODER}: cannot encode pictures of {size}: {error}") from None
 
 

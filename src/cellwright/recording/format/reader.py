@@ -17,7 +17,14 @@ from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, Entry, RecordingHeader
 from cellwright.recording.format.scan import ChunkPlace, chunk_entries, scan_file, unpack_chunk, verify_checksums
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame, is_whole_frame
-from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
+from cellwright.util.errors import (
+    CellwrightError,
+    ForeignRecordingError,
+    MessageError,
+    RecordingError,
+    UnknownNameError,
+    UsageError,
+)
 from cellwright.util.files import open_to_read
 
 _KEPT = 8  # unpacked chunks that are kept, for repeated reads in one place
@@ -37,7 +44,8 @@ class RecordingFile:
     """Recording that is open for reading; its messages are of the set `types`.
 
     Raises:
-        RecordingError: it cannot be read, or is no recording of Cellwright.
+        ForeignRecordingError: it is an MCAP file of another program.
+        RecordingError: it cannot be read.
     """
 
     def __init__(self, path: str | Path, *, types: TypeSet = TYPES) -> None:
@@ -50,7 +58,7 @@ class RecordingFile:
                 self._file = opened.enter_context(open_to_read(self.path))
                 self._layout = scan_file(self._file)
                 if names.METADATA not in self._layout.metadata:
-                    raise RecordingError("an MCAP file, but not a recording of Cellwright")
+                    raise ForeignRecordingError("an MCAP file, but not a recording of Cellwright")
                 self.header = RecordingHeader.of(self._layout.metadata[names.METADATA])
             self._names = {number: topic.name for number, topic in self._layout.topics.items()}
             self.topics = {topic.name: topic for topic in self._layout.topics.values()}
@@ -256,7 +264,7 @@ class RecordingFile:
         try:
             yield
         except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
+            raise type(error)(f"{self.path}: {error}") from None
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 

@@ -1,0 +1,126 @@
+"""Finished episodes on disk: an export that was killed goes on from them."""
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cellwright._package import VERSION
+from cellwright.recording.dataset.episode import Column, Episode, Film
+from cellwright.recording.dataset.statistics import PictureStatistics
+from cellwright.util.files import atomic_file, open_to_read
+
+_FORM = 1
+_PACKAGES = ("numpy", "av", "mujoco-core")  # another version may give other bytes
+_BLOCK = 1 << 20
+_HEAD = "head"
+
+
+class KeptEpisodes:
+    """Folder of finished episodes, each in a file named after all that it depends on.
+
+    Args:
+        folder: the folder, of the user's own; it is created for the first episode.
+
+    Example:
+        >>> from tempfile import TemporaryDirectory
+        >>> done = Column("next.done", np.array([False, True]), ())
+        >>> with TemporaryDirectory() as folder:
+        ...     (Path(folder) / "run.mcap").write_bytes(b"its bytes")
+        ...     kept = KeptEpisodes(Path(folder) / "kept")
+        ...     make = lambda: Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
+        ...     made = kept.episode(Path(folder) / "run.mcap", {"hz": 20}, make)
+        ...     again = kept.episode(Path(folder) / "run.mcap", {"hz": 20}, lambda: None)  # it is not made again
+        >>> again.robot, again.columns[0].values.tolist()
+        ('cellwright_ur10', [False, True])
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def episode(self, recording: Path, settings: dict[str, Any], make: Callable[[], Episode]) -> Episode:
+        """Return the episode of a recording: as it was kept, or else made and kept.
+
+        Args:
+            recording: the file, or the folder of a bag; its name and its bytes count.
+            settings: options that the episode depends on, as JSON values.
+            make: makes the episode.
+
+        Raises:
+            OSError: the recording cannot be read, or the episode cannot be kept.
+        """
+        path = self._folder / f"{_key(recording, settings)}.npz"
+        found = _read(path)
+        if found is None:
+            found = make()
+            self._folder.mkdir(parents=True, exist_ok=True)
+            _write(path, found)
+        return found
+
+
+def _key(recording: Path, settings: dict[str, Any]) -> str:
+    content = hashlib.sha256()
+    for path in sorted(recording.rglob("*")) if recording.is_dir() else [recording]:
+        if not path.is_dir():
+            content.update(f"{path.name} {path.stat().st_size}\n".encode())
+            with open_to_read(path) as file:
+                while block := file.read(_BLOCK):
+                    content.update(block)
+    facts = [
+        _FORM,
+        VERSION,
+        {name: _version(name) for name in _PACKAGES},
+        recording.name,
+        content.hexdigest(),
+        settings,
+    ]
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+def _write(path: Path, episode: Episode) -> None:
+    head = {
+        "texts": [episode.source, episode.robot, episode.sentence],
+        "rate": episode.rate,
+        "is_success": episode.is_success,
+        "columns": [[column.name, column.names] for column in episode.columns],
+        "films": [[film.camera, film.width, film.height, film.frames] for film in episode.films],
+    }
+    arrays: dict[str, Any] = {_HEAD: np.frombuffer(json.dumps(head).encode(), np.uint8)}
+    arrays |= {f"column{number}": column.values for number, column in enumerate(episode.columns)}
+    for number, film in enumerate(episode.films):
+        arrays[f"video{number}"] = np.frombuffer(film.video, np.uint8)
+        arrays[f"counts{number}"] = film.statistics.counts
+    with atomic_file(path) as file:
+        np.savez(file, **arrays)
+
+
+def _read(path: Path) -> Episode | None:
+    """Return a kept episode; None if there is none, or its file is damaged."""
+    try:
+        with open_to_read(path) as file, np.load(file, allow_pickle=False) as arrays:
+            head = json.loads(arrays[_HEAD].tobytes())
+            columns = [
+                Column(name, arrays[f"column{number}"], tuple(names))
+                for number, (name, names) in enumerate(head["columns"])
+            ]
+            films = []
+            for number, (camera, width, height, frames) in enumerate(head["films"]):
+                seen = PictureStatistics(arrays[f"counts{number}"], frames)
+                films.append(Film(camera, width, height, frames, arrays[f"video{number}"].tobytes(), seen))
+            source, robot, sentence = head["texts"]
+            rate, is_success = head["rate"], head["is_success"]
+            return Episode(source, robot, sentence, rate, tuple(columns), tuple(films), is_success)
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+        return None
