@@ -55,18 +55,8 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:
     """Write the first draft of a robot's configuration, and print its content."""
-    if not file.parent.is_dir():
-        refuse(f"--init {file}: there is no folder {file.parent}")
     text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve(), config.xacro_arguments)
-    try:
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except FileExistsError:
-        refuse(f"--init {file}: file exists; choose another name, or remove it")
-    except OSError as error:
-        with suppress(OSError):
-            file.unlink()  # it may be half written
-        refuse(f"--init {file}: cannot be written: {error.strerror}")
+    _write_new("--init", file, text)
     draft = read_robot_config(file, lambda _line: None)
     groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
     groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
@@ -74,6 +64,21 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     typer.echo(
         f"{file}: {listed or 'no groups found'}, all guessed; review the file, then run: cellwright check {file}"
     )
+
+
+def _write_new(option: str, file: Path, text: str) -> None:
+    """Write a file that does not exist yet, in a folder that does."""
+    if not file.parent.is_dir():
+        refuse(f"{option} {file}: there is no folder {file.parent}")
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        refuse(f"{option} {file}: file exists; choose another name, or remove it")
+    except OSError as error:
+        with suppress(OSError):
+            file.unlink()  # it may be half written
+        refuse(f"{option} {file}: cannot be written: {error.strerror}")
 
 
 def show_robot(config: RobotConfig) -> None:
@@ -225,6 +230,10 @@ def robot(
             "joints.",
         ),
     ] = None,
+    rosetta: Annotated[
+        Path | None,
+        option("FILE.yaml", "Write the contract of the robot's node for rosetta, which records data sets in ROS 2."),
+    ] = None,
 ) -> None:
     """List the joints of a robot: index, type, links, limits, and groups of the configuration.
 
@@ -237,6 +246,7 @@ def robot(
         cellwright robot my_robot.urdf --json      # for programs
         cellwright robot arm.urdf.xacro prefix:=left_
         cellwright robot my_robot.urdf --init vr_configs.yml
+        cellwright robot qinglong --rosetta contract.yaml
 
     With `--json`: `joints` in the order of their indices, and under `links` the pose of each link's frame in the world,
     `[[x, y, z], [qx, qy, qz, qw]]`, with the root link at the origin. A null limit means no limit. Fixed joints have
@@ -245,7 +255,7 @@ def robot(
     Exit status: 0 done, 2 the file or the pose cannot be used.
     """
     if name is None:
-        for option, value in (("--pose", pose), ("--init", init)):
+        for option, value in (("--pose", pose), ("--init", init), ("--rosetta", rosetta)):
             if value is not None:
                 refuse(f"{option} requires a robot")
         show_bundled(as_json=as_json)
@@ -254,9 +264,16 @@ def robot(
         refuse("--pose requires --json")
     if init is not None and (as_json or init.suffix.lower() not in (".yml", ".yaml")):
         refuse(f"--init {init}: give a file such as vr_configs.yml, and no --json")
+    if rosetta is not None and (as_json or init is not None):
+        refuse(f"--rosetta {rosetta}: give it alone, without --json and --init")
     config = load_robot(name, output.warn, options.xacro_arguments(xacro_arguments))
     if init is not None:
         write_skeleton(config, init)
+    elif rosetta is not None:
+        from cellwright.robot.rosetta import rosetta_contract
+
+        _write_new("--rosetta", rosetta, rosetta_contract(config))
+        typer.echo(f"{rosetta}: contract of {config.name} for rosetta")
     elif as_json:
         positions = read_pose(pose, config.robot) if pose is not None else {}
         typer.echo(json.dumps(robot_document(config, positions), indent=2, allow_nan=False))
