@@ -40,6 +40,7 @@ PAGES = [
     "docs/configuration.md",
     "docs/environments.md",
     "docs/evaluate.md",
+    "docs/export.md",
     "docs/judges.md",
     "docs/class.md",
     "docs/kitter.md",

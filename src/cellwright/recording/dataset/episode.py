@@ -18,6 +18,7 @@ class Column:
         names: names of the n values; empty for a scalar.
 
     Example:
+        >>> import numpy as np
         >>> Column("next.done", np.array([False, True]), ()).values.shape
         (2,)
     """
@@ -66,6 +67,7 @@ class Episode:
         is_success: True if the run has succeeded.
 
     Example:
+        >>> import numpy as np
         >>> done = Column("next.done", np.array([False, True]), ())
         >>> episode = Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
         >>> len(episode.columns[0].values)

@@ -31,7 +31,7 @@ class KeptEpisodes:
         >>> from tempfile import TemporaryDirectory
         >>> done = Column("next.done", np.array([False, True]), ())
         >>> with TemporaryDirectory() as folder:
-        ...     (Path(folder) / "run.mcap").write_bytes(b"its bytes")
+        ...     size = (Path(folder) / "run.mcap").write_bytes(b"its bytes")
         ...     kept = KeptEpisodes(Path(folder) / "kept")
         ...     make = lambda: Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
         ...     made = kept.episode(Path(folder) / "run.mcap", {"hz": 20}, make)
