@@ -40,6 +40,7 @@ COMMANDS = [
     "operate play",
     "operate record",
     "operate call",
+    "operate cell",
     "ros1-env",
     "ros1-workspace",
     "ros2-env",

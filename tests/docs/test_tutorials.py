@@ -45,6 +45,7 @@ PAGES = [
     "docs/class.md",
     "docs/kitter.md",
     "docs/serve.md",
+    "docs/operate-cell.md",
     "docs/robots.md",
     "docs/robot-configuration.md",
     "docs/robot-safety.md",

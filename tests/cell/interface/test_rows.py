@@ -59,6 +59,11 @@ OUT = {
 IN = {
     "/cellwright/intention": "std_msgs/String",
     "/cellwright/policy": "std_msgs/String",
+    "/cellwright/operator/pose": "geometry_msgs/PoseStamped",
+    "/cellwright/operator/velocity": "geometry_msgs/TwistStamped",
+    "/cellwright/operator/joints": "sensor_msgs/JointState",
+    "/cellwright/operator/command": "std_msgs/String",
+    "/cellwright/operator/report": "std_msgs/String",
     "/ariac/arm/command": "trajectory_msgs/JointTrajectory",
     "/ariac/arm/follow_joint_trajectory/goal": "control_msgs/FollowJointTrajectoryActionGoal",
     "/ariac/arm/follow_joint_trajectory/cancel": "actionlib_msgs/GoalID",

@@ -24,15 +24,15 @@ termios = pytest.importorskip("termios")
 
 
 class Terminal:
-    """A terminal with the keyboard operator in it."""
+    """A terminal with the keyboard operator in it, or another command of `operate`."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, command: str = "keyboard") -> None:
         self.own, self.other = pty.openpty()
         termios.tcsetwinsize(self.own, (24, 80))
         self.before = termios.tcgetattr(self.other)
         with os.fdopen(os.dup(self.other), "r+b", buffering=0) as terminal:
             self.process = warm_start().popen(
-                [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
+                [sys.executable, "-m", "cellwright", "operate", command, "--connect", address],
                 folder=Path.cwd(),
                 environment={**os.environ, "TERM": "xterm", "PYTHONUNBUFFERED": "1"},
                 terminal=terminal,

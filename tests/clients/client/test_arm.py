@@ -47,7 +47,7 @@ def test_arm_of_any_model_takes_a_command_before_its_first_joint_states(text: st
 def test_arm_of_a_cell_without_a_description_has_the_joints_of_2017(monkeypatch: pytest.MonkeyPatch) -> None:
     client = Client.in_process(Cell(Trial("one arm", has_arm=True)))
     assert tuple(client.joints) == ARM_JOINTS
-    monkeypatch.setattr("cellwright.clients.client.description._LAYOUT", "/another/layout")
+    monkeypatch.setattr("cellwright.clients.client.description.LAYOUT", "/another/layout")
     assert client.joints == ARM_JOINTS
 
 

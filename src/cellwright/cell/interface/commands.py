@@ -40,6 +40,7 @@ from cellwright.motion.robot_arms import robot_arms
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
 NOT_ALLOWED = "not allowed in a competition"
+NO_OPERATOR = "no operator works this cell; start it with `cellwright run TRIAL --operator`"
 _WALL_TIME = 1_000_000_000 * NANOSECONDS
 """Stamps from here on are wall time: seconds since 1970, in 2001. No run lasts thirty years."""
 
@@ -133,6 +134,15 @@ class CellCommands(Notes):
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
         self._cell.intention.update(message.data, node, self._cell.simulation.now)
+
+    def note_operator(self, _row: Endpoint, message: String, _node: str) -> None:
+        """Take the state of an operator agent."""
+        self._cell.intention.operator.update(message.data)
+
+    def request_operator(self, row: Endpoint, _message: Message, _node: str) -> None:
+        """Refuse a request that no operator agent would hear; else the agent gets it from the topic."""
+        if self._cell.intention.operator.state is None:
+            raise RejectedCommandError(f"{row.name}: {NO_OPERATOR}")
 
     def command_arm(self, row: Endpoint, message: JointTrajectoryMessage, node: str) -> None:
         """Make the arm follow a trajectory."""

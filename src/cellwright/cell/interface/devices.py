@@ -1,5 +1,6 @@
 """Devices behind the interface of the kit-building cell, and the intention that the agent states."""
 
+import json
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -15,12 +16,44 @@ from cellwright.config.trial.trial import Trial
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
-from cellwright.util.errors import UsageError, printable
+from cellwright.util.errors import RejectedCommandError, UsageError, printable
 
 MAX_INTENTION_LENGTH = 200
 """Largest length of a stored intention [characters]; the rest is cut off."""
 
+MAX_OPERATOR_STATE = 100_000
+"""Largest length of the state that an operator agent reports [characters]."""
+
 D = TypeVar("D")
+
+
+class OperatorReport:
+    """The latest state that an operator agent has reported, for pages; not part of the cell's state."""
+
+    def __init__(self) -> None:
+        self.state: Mapping[str, Any] | None = None
+        """The state; None if no operator agent has come in this run."""
+
+    def update(self, text: str) -> None:
+        """Take a report.
+
+        Raises:
+            RejectedCommandError: it is no JSON object, or too long.
+        """
+        try:
+            state = json.loads(text) if len(text) <= MAX_OPERATOR_STATE else None
+        except (ValueError, RecursionError):
+            state = None
+        if not isinstance(state, dict):
+            raise RejectedCommandError(
+                f"operator: the state must be a JSON object of at most {MAX_OPERATOR_STATE} characters "
+                f"(got {text[:40]!r})"
+            )
+        self.state = state
+
+    def clear(self) -> None:
+        """Forget the agent: another run begins."""
+        self.state = None
 
 
 class Intention:
@@ -33,6 +66,8 @@ class Intention:
         """Name of the node that made it."""
         self.time = 0
         """Its simulation time [ns]."""
+        self.operator = OperatorReport()
+        """Latest report of an operator agent."""
 
     def update(self, text: str, node: str, now: int) -> None:
         """Record a statement, reduced to one printable line."""
@@ -41,8 +76,9 @@ class Intention:
         self.node, self.time = node, now
 
     def clear(self) -> None:
-        """Discard the statement."""
+        """Discard the statement, and what an operator agent has reported."""
         self.text, self.node, self.time = "", "", 0
+        self.operator.clear()
 
 
 class CellDevices:

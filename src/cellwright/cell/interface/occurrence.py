@@ -8,6 +8,7 @@ from cellwright.middleware.interface.table import Where
 
 WITH_ARM = Where.when("with an arm", lambda trial: trial.has_arm)
 WITH_ROBOTS = Where.when("with robots in the cell", lambda trial: trial.layout.robots)
+WITH_ARM_OR_ROBOT = Where.when("with an arm or a robot in the cell", lambda trial: trial.has_arm or trial.layout.robots)
 EACH_ARM = Where("with an arm", lambda trial: [each.namespace or None for each in trial.arms])
 # an arm of one's own may have no tool; the words are those of the arm of 2017
 EACH_GRIPPER = Where(

@@ -27,6 +27,7 @@ from cellwright.cell.interface.occurrence import (
     EACH_QUALITY_SENSOR,
     EACH_TRAY,
     WITH_ARM,
+    WITH_ARM_OR_ROBOT,
     WITH_BELT,
     WITH_BELT_PARTS,
     WITH_CAMERAS,
@@ -48,6 +49,7 @@ GRIP = f"{ARIAC}/gripper/gripper_cmd"
 PARALLEL_GRIP = f"{ARIAC}/gripper/parallel_gripper_cmd"
 INTENTION = "/cellwright/intention"
 POLICY = "/cellwright/policy"
+OPERATOR = "/cellwright/operator"
 
 CONTROLLER_NAMES = {
     "/ariac/joint_states": "/joint_states",
@@ -145,6 +147,19 @@ TRIAL = (
     accepts(TOPIC, POLICY, "std_msgs/String", ALWAYS,
           "Each request to a policy with its answer, as a JSON object, for recordings; without effect on the run.",
           handler="note_policy"),
+    accepts(TOPIC, f"{OPERATOR}/pose", "geometry_msgs/PoseStamped", WITH_ARM_OR_ROBOT,
+          "Pose in the world that the tool of the chosen arm is to go to, for the agent `operator`.",
+          handler="request_operator"),
+    accepts(TOPIC, f"{OPERATOR}/velocity", "geometry_msgs/TwistStamped", WITH_ARM_OR_ROBOT,
+          "Velocity of that tool in the frame `world` or `tool`; it holds for 0.25 s.", handler="request_operator"),
+    accepts(TOPIC, f"{OPERATOR}/joints", "sensor_msgs/JointState", WITH_ARM_OR_ROBOT,
+          "Positions that joints are to go to, or their velocities for 0.25 s.", handler="request_operator"),
+    accepts(TOPIC, f"{OPERATOR}/command", "std_msgs/String", WITH_ARM_OR_ROBOT,
+          "`start`, `stop`, `clear`, `home`, `hold`, `snap`, `arm NAME`, `upright on` or `belt on`, also `off`.",
+          handler="request_operator"),
+    accepts(TOPIC, f"{OPERATOR}/report", "std_msgs/String", WITH_ARM_OR_ROBOT,
+          "State of the agent `operator`, as a JSON object, for pages and recordings; without effect on the run.",
+          handler="note_operator"),
     accepts(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
           "Part types that the trial file defines, as a JSON object in `message`: mass, box and flat spots of the top.",
           handler="part_types"),

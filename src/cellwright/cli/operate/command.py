@@ -3,6 +3,7 @@
 import typer
 
 from cellwright.cli.operate.call import call
+from cellwright.cli.operate.cell import cell
 from cellwright.cli.operate.keyboard import keyboard
 from cellwright.cli.operate.play import play
 from cellwright.cli.operate.record import record
@@ -20,10 +21,11 @@ app = typer.Typer(
         cellwright operate signal J_head_yaw   # measure how well a joint follows
         cellwright operate record motion.csv   # record the robot's motion
         cellwright operate play motion.csv     # play it
-        cellwright operate call home           # one command, for scripts""",
+        cellwright operate call home           # one command, for scripts
+        cellwright operate cell                # the arms of a cell, through its agent operator""",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
 )
-for command in (keyboard, signal, record, play, call):
+for command in (keyboard, signal, record, play, call, cell):
     app.command()(command)

@@ -135,6 +135,14 @@ class RunArguments:
 
     files: Annotated[list[str] | None, TRIAL] = None
     agent: Annotated[str, option("AGENT", f"{AGENT_HELP}; `none` for no agent.", SIMULATION)] = "kitter"
+    operator: Annotated[
+        bool,
+        flag(
+            "--operator",
+            "A person works the cell in place of an agent: on its page, which opens, by its keys or over topics.",
+            SIMULATION,
+        ),
+    ] = False
     cell: CellArguments
     policy: PolicyArguments
     speed: Annotated[

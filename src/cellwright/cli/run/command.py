@@ -19,12 +19,12 @@ from cellwright.cli import options, output
 from cellwright.cli.arguments import record_options
 from cellwright.cli.main import exit_status_of
 from cellwright.cli.parameters import with_groups
-from cellwright.cli.policies import PolicyArguments
+from cellwright.cli.policies import DEFAULT, PolicyArguments
 from cellwright.cli.run.arguments import RunArguments
 from cellwright.cli.run.policy import PolicyRun, policy_of
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.cli.summary import RunProgress, result_document, show_files, show_result, take_picture, with_files
-from cellwright.clients.agents.agent import BUNDLED
+from cellwright.clients.agents.agent import BUNDLED, OPERATOR, Agent
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.joining import joined_name
@@ -62,6 +62,9 @@ def run(context: typer.Context, given: RunArguments) -> None:
 
         # with the lesson's own script
         cellwright run lesson --agent lesson
+
+        # a person works the cell, on the page that opens
+        cellwright run lesson --operator --record run.mcap
 
         # with your agent: a class with a method run(client)
         cellwright run lesson --agent my_robot.py:MyRobot
@@ -105,8 +108,14 @@ def run(context: typer.Context, given: RunArguments) -> None:
         options.averages(given.averages, cell.trial)
         if policy is not None:
             program = program_of(policy.agent(cell))
+        elif given.agent == OPERATOR and not over:
+            program = partial(_operator, cell)
+            if session.address is not None:
+                host, port = session.address
+                print_out(f"operator: works on the page, and over topics at {host}:{port}")
         worker = program()
-        moves = cell.trial.has_arm or (cell.trial.layout.robots and given.agent not in BUNDLED)
+        needs_arm = given.agent in BUNDLED and given.agent != OPERATOR
+        moves = cell.trial.has_arm or (cell.trial.layout.robots and not needs_arm)
         if worker is not None and not moves:
             _warn_of_missing_arm(cell.trial.name, given.files or (), given.agent)
         changes = "".join(f", {each}" for each in [*cell.trial.overrides, *(["varied"] if given.cell.vary else [])])
@@ -132,6 +141,8 @@ def _prepared(given: RunArguments, context: typer.Context, leaving: ExitStack) -
     With `--connect` it works the served cell, and exits.
     """
     options.in_range("--min-score", given.min_score, -options.FINITE, options.FINITE, "a number")
+    if given.operator:
+        given = _with_operator(given)
     policy = policy_of(given.policy, leaving, given.agent)
     if given.process.connect is not None:
         _refuse_cell_options(context)
@@ -146,6 +157,30 @@ def _prepared(given: RunArguments, context: typer.Context, leaving: ExitStack) -
         return given, None
     policy.refuse(over=given.process.over, lockstep=given.process.lockstep)
     return replace(given, agent=policy.name), policy
+
+
+def _with_operator(given: RunArguments) -> RunArguments:
+    """Return the arguments with the agent of a person, and the page that it is worked on."""
+    process = given.process
+    others = {
+        "--agent": given.agent not in (DEFAULT, OPERATOR),
+        "--policy": given.policy.policy is not None,
+        "--over": process.over is not None,
+        "--connect": process.connect is not None,
+    }
+    for name, is_given in others.items():
+        if is_given:
+            options.refuse(f"--operator: {name} does not go with it; a person works the cell in this process")
+    page = replace(given.viewing.page, view=True)
+    return replace(given, agent=OPERATOR, viewing=replace(given.viewing, page=page))
+
+
+def _operator(cell: Cell) -> Agent:
+    """Return the agent of a person, who sees parts and belts as the page does."""
+    from cellwright.clients.agents.operator.agent import OperatorAgent
+    from cellwright.running.run.surroundings import CellSurroundings
+
+    return OperatorAgent(CellSurroundings(cell))
 
 
 def _show(

@@ -15,8 +15,12 @@ from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 BUNDLED = {
     "kitter": "cellwright.clients.agents.kitter.agent:KitterAgent",
     "lesson": "cellwright.clients.agents.lesson:LessonAgent",
+    "operator": "cellwright.clients.agents.operator.agent:OperatorAgent",
 }
 """Agents bundled with Cellwright, by name."""
+
+OPERATOR = "operator"
+"""Name of the bundled agent that lets a person work the cell."""
 
 REPLAY = "replay:"
 """Begin of the name of an agent that sends the commands of a recording again; its path follows."""

@@ -14,7 +14,8 @@ from cellwright.motion.robot_arms import RobotArm
 
 _PART_TYPES = "/cellwright/part_types"
 _SOLIDS = "/cellwright/solids"
-_LAYOUT = "/cellwright/layout"
+LAYOUT = "/cellwright/layout"
+"""Service by which a cell describes itself."""
 _CHAINS, _CONTROL, _ROBOT_ARMS, _SENTENCE, _TIMESTEP = "chains", "control", "robot_arms", "sentence", "timestep"
 
 
@@ -35,8 +36,7 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        beside = (_CHAINS, _CONTROL, _ROBOT_ARMS, _SENTENCE, _TIMESTEP)
-        return layout_from_data({name: value for name, value in self._layout().items() if name not in beside})
+        return layout_of(self._layout())
 
     def chains(self) -> Mapping[str, Chain]:
         """Return the arms of the cell as chains of joints, by their names in the layout; none where there is no arm.
@@ -52,7 +52,7 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        return {str(name): value_of(Chain, each, f"chains.{name}") for name, each in self._layout()[_CHAINS].items()}
+        return chains_of(self._layout())
 
     def robot_arms(self) -> Mapping[str, tuple[RobotArm, ...]]:
         """Return the arms of the cell's robots as chains of joints, by the names of the robots in the layout.
@@ -66,8 +66,7 @@ class CellDescription(NodeClient):
         Raises:
             CellwrightError: the server is no cell, or the cell's version is another one.
         """
-        kind, found = tuple[RobotArm, ...], self._layout().get(_ROBOT_ARMS, {})
-        return {str(name): value_of(kind, each, f"{_ROBOT_ARMS}.{name}") for name, each in found.items()}
+        return robot_arms_of(self._layout())
 
     def control_space(self) -> ControlSpace:
         """Return what can be commanded in the cell: the joints and grippers of its arms, and the joints of its robots.
@@ -111,7 +110,7 @@ class CellDescription(NodeClient):
         return cast("tuple[int, int]", value_of(tuple[int, int], self._layout().get(_TIMESTEP), _TIMESTEP))
 
     def _layout(self) -> dict[str, Any]:
-        return dict(json.loads(self.call(_LAYOUT, TriggerRequest()).message))
+        return dict(json.loads(self.call(LAYOUT, TriggerRequest()).message))
 
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
         """Return the part types of the trial's own, by name; empty where there are none.
@@ -144,3 +143,20 @@ class CellDescription(NodeClient):
         """
         answer = json.loads(self.call(_SOLIDS, TriggerRequest()).message)
         return {str(frame): list(shapes) for frame, shapes in answer.items()}
+
+
+def layout_of(description: Mapping[str, Any]) -> Layout:
+    """Return the layout in a cell's description of itself, the JSON object of the service `LAYOUT`."""
+    beside = (_CHAINS, _CONTROL, _ROBOT_ARMS, _SENTENCE, _TIMESTEP)
+    return layout_from_data({name: value for name, value in description.items() if name not in beside})
+
+
+def chains_of(description: Mapping[str, Any]) -> dict[str, Chain]:
+    """Return the arms in a cell's description; see `CellDescription.chains`."""
+    return {str(name): value_of(Chain, each, f"chains.{name}") for name, each in description[_CHAINS].items()}
+
+
+def robot_arms_of(description: Mapping[str, Any]) -> dict[str, tuple[RobotArm, ...]]:
+    """Return the arms of robots in a cell's description; see `CellDescription.robot_arms`."""
+    kind, found = tuple[RobotArm, ...], description.get(_ROBOT_ARMS, {})
+    return {str(name): value_of(kind, each, f"{_ROBOT_ARMS}.{name}") for name, each in found.items()}

@@ -109,7 +109,7 @@ class Targets:
                 values[place] = value_of_share(self._space.channels[place], part.share(numbers[0]))
             case ToTool():
                 arm = self._arms[part.arm]
-                found = _solve(arm, _tool_target(part, arm, numbers, values), values)
+                found = solve(arm, _tool_target(part, arm, numbers, values), values)
                 for place, value in zip(arm.places, found, strict=True):
                     values[place] = value
             case Skip():
@@ -157,7 +157,7 @@ def _tool_target(part: ToTool, arm: ToolArm, numbers: Sequence[float], values: S
     return Pose((px + dx, py + dy, pz + dz), normalized(quaternion_product(turned, present.quaternion)))
 
 
-def _solve(arm: ToolArm, base_T_tool: Pose, values: Sequence[float]) -> list[float]:
+def solve(arm: ToolArm, base_T_tool: Pose, values: Sequence[float]) -> list[float]:
     """Return the positions near the present ones that bring the tool to a pose, or as near as limits and reach allow.
 
     Damped least squares (Wampler 1986), from the last targets: an action moves the tool by little.

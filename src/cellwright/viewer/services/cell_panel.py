@@ -109,6 +109,7 @@ class CellPanel:
             "intention": {"text": intention.text, "node": intention.node, "time": intention.time / 1e9}
             if intention.text
             else None,
+            "operator": intention.operator.state,
             "collisions": self.collisions(),
             "refused": {"belt": reason, "clear": reason} if reason else {},
             "result": self._result,

@@ -35,6 +35,7 @@ from websockets.typing import Data
 
 from cellwright.middleware.server.server import open_listener
 from cellwright.util.errors import UsageError
+from cellwright.viewer.web.input import Input, read_input
 from cellwright.viewer.web.visibility import ReportingPage, read_visibility
 
 MAX_NUMBER = 1e9  # no joint, position or time is larger
@@ -202,6 +203,8 @@ class AccessGuard:
         """Filter for the messages of admitted browsers."""
         self.on_visibility: Callable[[bool], None] = lambda _is_visible: None
         """Called with True if a tab is shown, and with False if all are hidden or closed."""
+        self.on_input: Callable[[Input], None] = lambda _given: None
+        """Called with the keys and the gamepad of a browser."""
         self._connected: set[_PendingConnection] = set()
         self._unfinished: dict[Any, None] = {}
         self._html = ReportingPage()
@@ -260,6 +263,7 @@ class AccessGuard:
         connection = _PendingConnection(*arguments, **options)
         connection.unfinished, connection.incoming = self._unfinished, self.incoming
         connection.on_visibility = self._look_for_tabs
+        connection.on_input = lambda given: self.on_input(given)
         return connection
 
     def _looking_at(self, answer: Callable[..., Any] | None) -> Callable[..., Any]:
@@ -323,6 +327,7 @@ class _PendingConnection(websockets.asyncio.server.ServerConnection):
     unfinished: dict[Any, None]
     incoming: Incoming
     on_visibility: Callable[[], None]
+    on_input: Callable[[Input], None]
     shown: asyncio.Event
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -345,6 +350,9 @@ class _PendingConnection(websockets.asyncio.server.ServerConnection):
                 else:
                     self.shown.clear()
                 self.on_visibility()
+                continue
+            if (given := read_input(data)) is not None:
+                self.on_input(given)
                 continue
             delay = self.incoming.delay(data)
             if delay is not None:

@@ -20,6 +20,7 @@ from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import AwayError, Connection
+from cellwright.viewer.web.input import Input
 from cellwright.viewer.web.poller import NewFrame, NewPanel, NewScene, PollResult, StatePoller
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
@@ -165,6 +166,9 @@ class Feature:
     def on_disconnect(self, reason: str) -> None:
         """Handle the loss of the server; the page keeps showing the last state."""
 
+    def on_input(self, given: Input) -> None:
+        """Handle the keys and the gamepad of a browser, in the thread that reads its messages: it must not wait."""
+
 
 log = logging.getLogger(__name__)
 
@@ -249,6 +253,10 @@ class Page:
         """Follow the server only while a browser's tab is visible; any thread may call it."""
         self._is_visible = is_visible
         self._look_for_browsers()
+
+    def take_input(self, given: Input) -> None:
+        """Pass on the keys and the gamepad of a browser; any thread may call it."""
+        self._each(lambda feature: feature.on_input(given))
 
     def close(self) -> None:
         """End `run`; any thread may call it."""

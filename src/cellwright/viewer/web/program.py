@@ -21,6 +21,7 @@ import viser
 
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.web.access import AccessGuard
+from cellwright.viewer.web.cell_operator.feature import CellOperator
 from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.connection import ServerConnection
 from cellwright.viewer.web.operator.feature import Operator
@@ -34,7 +35,7 @@ from cellwright.viewer.web.views import Views
 def features() -> list[Feature]:
     """Features of a page, in the order of their tabs."""
     environment = Environment(is_plain=is_plain())
-    panels = [CellPanels(), Operator(), TimeControls()]
+    panels = [CellOperator(), CellPanels(), Operator(), TimeControls()]
     drawn = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), environment]
     return [*panels, *drawn]
 
@@ -85,7 +86,7 @@ def show_page(make: Callable[[viser.ViserServer, Mapping[str, Any]], Page]) -> i
             server = ViserServer(guard.host, guard.port, label=str(options.get("title", "Cellwright")), verbose=False)
         guard.incoming.follow(server.gui)
         page = make(server, options["source"])
-        guard.on_visibility = page.set_visible
+        guard.on_visibility, guard.on_input = page.set_visible, page.take_input
     except CellwrightError as error:
         _answer(out, {"error": str(error)})
         return 1

@@ -8,6 +8,8 @@ import gzip
 import msgspec
 from websockets.http11 import Response
 
+from cellwright.viewer.web.input import SCRIPT
+
 _TAG = "TabVisibilityMessage"
 _SCRIPT = f"""<script>(() => {{
   const connected = new Set();
@@ -51,7 +53,7 @@ def read_visibility(data: bytes | str) -> bool | None:
 
 
 class ReportingPage:
-    """HTML of the page with the script in it; it is changed once."""
+    """HTML of the page with this script in it, and that of keys and gamepad; it is changed once."""
 
     def __init__(self) -> None:
         self._bodies: dict[bytes, bytes] = {}
@@ -65,7 +67,7 @@ class ReportingPage:
         body = self._bodies.get(before)
         if body is None:
             text = gzip.decompress(before) if is_packed else before
-            text = text.replace(_PLACE, _PLACE + _SCRIPT, 1)
+            text = text.replace(_PLACE, _PLACE + _SCRIPT + SCRIPT, 1)
             body = self._bodies[before] = gzip.compress(text) if is_packed else text
         response.body = body
         del response.headers["Content-Length"]

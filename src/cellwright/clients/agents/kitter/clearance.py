@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.clients.agents.kitter.part_figures import PartFigures
-from cellwright.clients.agents.kitter.postures import Postures
 from cellwright.motion.chain import Chain
 from cellwright.motion.solver import Vector
 from cellwright.util.pose import Pose
@@ -57,13 +56,51 @@ class Obstacle(NamedTuple):
         return f"{self.moving} would come within {max(0.0, self.distance) * 1e3:.0f} mm of {self.other}"
 
 
+class Body(Protocol):
+    """Figures of an arm for its distances; attributes as of `ArmFigures`."""
+
+    @property
+    def gripper(self) -> str:
+        """Name of the link of the cup."""
+        ...
+
+    @property
+    def home(self) -> Vector:
+        """A posture in which no link hits another."""
+        ...
+
+    @property
+    def carriers(self) -> frozenset[str]:
+        """Names of the bodies that carry it."""
+        ...
+
+
+class Standing(Protocol):
+    """Place of an arm, and its figures; see `Postures`."""
+
+    @property
+    def figures(self) -> Body:
+        """Its figures."""
+        ...
+
+    @property
+    def world_T_frame(self) -> Pose:
+        """Pose of the frame of postures in the world."""
+        ...
+
+    @property
+    def frame_T_base(self) -> Pose:
+        """Pose of the frame of its mount."""
+        ...
+
+
 class Clearance:
     """Distances between arm, load and cell, by the shapes that the cell describes.
 
     Args:
         solids: shapes by frame, as `Client.solids` returns them.
         chain: the arm, from the frame of its mount to its cup, as `Client.chains` returns it.
-        postures: its postures.
+        postures: its place and its figures, such as a kitter's postures.
         others: other arms, whose homes are kept free, as chains with their postures.
         apart: least distance to them [m].
     """
@@ -72,8 +109,8 @@ class Clearance:
         self,
         solids: Mapping[str, Sequence[Mapping[str, Any]]],
         chain: Chain,
-        postures: Postures,
-        others: Iterable[tuple[Chain, Postures]] = (),
+        postures: Standing,
+        others: Iterable[tuple[Chain, Standing]] = (),
         apart: float = ARMS_APART,
     ) -> None:
         self._solids = solids
@@ -101,7 +138,7 @@ class Clearance:
         touches: bool = False,
         least: float = CLEARANCE,
     ) -> Obstacle | None:
-        """Return the first obstacle nearer than `least` [m] at places of a path; None if there is none.
+        """Return the nearest obstacle of the first place of a path that has one within `least` [m]; None without one.
 
         With `touches` the path goes to a part or puts one down: cup and load may come near to what lies below them.
         """
@@ -127,7 +164,8 @@ class Clearance:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         # The shapes have a margin: the engine reports those within it before they touch, with their distance.
-        for row in np.flatnonzero(data.contact.dist < max(least, self._apart)).tolist() if data.ncon else ():
+        near = np.flatnonzero(data.contact.dist < max(least, self._apart)) if data.ncon else np.zeros(0, np.intp)
+        for row in near[np.argsort(data.contact.dist[near], kind="stable")].tolist() if len(near) else ():
             contact = data.contact[row]
             names = self._names_of(contact)
             if names[1] in self._others:
@@ -237,7 +275,7 @@ def _in_frame(frame_T_world: Pose, shape: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _standing(
-    solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, postures: Postures
+    solids: Mapping[str, Sequence[Mapping[str, Any]]], chain: Chain, postures: Standing
 ) -> Iterator[dict[str, Any]]:
     """Yield the shapes of an arm at home, in the frame of the kitter."""
     for name, base_T_link in chain.link_poses(postures.figures.home).items():

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cellwright._package import FOLDER
-from cellwright.clients.agents.agent import BUNDLED, REPLAY
+from cellwright.clients.agents.agent import BUNDLED, OPERATOR, REPLAY
 from cellwright.clients.policies.latency import Latency
 from cellwright.clients.policies.spec import PolicySpec, is_policy
 from cellwright.config.parsing.overrides import Override
@@ -22,6 +22,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation.plan.imports import imported_files, module_files
 from cellwright.running.evaluation.plan.recordings import Recordings, is_replay
 from cellwright.running.run import versions
+from cellwright.util.errors import UsageError
 from cellwright.util.plugins import is_class_path
 
 MEBIBYTE = 1 << 20
@@ -161,9 +162,11 @@ def make_jobs(
     """Return a job for every trial with every latency and seed; `over` and `verify` as for `Job`.
 
     Raises:
-        UsageError: the agent sends recorded commands, and there is no recording for a run.
+        UsageError: the agent sends recorded commands, and there is no recording for a run; or it is a person.
         OSError: a file cannot be read.
     """
+    if agent == OPERATOR:
+        raise UsageError(f"agent {OPERATOR}: a person works the cell, once; use cellwright run TRIAL --operator")
     recordings = Recordings(agent) if is_replay(agent) else None
     program = agent_digest(agent) if recordings is None else agent
     jobs: dict[str, Job] = {}

@@ -85,7 +85,7 @@ class Handles:
         if arm in self._queue.hands.holds:
             return
         tip = state.tips[arm]
-        _put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))
+        put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))
 
     def _ghost(self, arm: int, state: RobotState) -> tuple[Pose, tuple[int, int, int], str] | None:
         """Target of a hand, its colour and label; None if there is nothing to show."""
@@ -110,16 +110,16 @@ class Handles:
             return
         aim, colour, words = found
         for each in (hand.ghost, hand.axes):
-            _put(each, aim)
+            put(each, aim)
         hand.ghost.color = colour
         hand.line.colors = np.array(colour, np.uint8)
         hand.line.points = np.array([[tip.position, aim.position]], np.float32)
         if words:
             hand.words.text = words
-            _put(hand.words, Pose((aim.position[0], aim.position[1], aim.position[2] + 2 * _RADIUS)))
+            put(hand.words, Pose((aim.position[0], aim.position[1], aim.position[2] + 2 * _RADIUS)))
 
 
-def _put(handle: Any, pose: Pose) -> None:
+def put(handle: Any, pose: Pose) -> None:
     """Move a node to a pose, unless it is there: only changes are sent."""
     if not _is_near(handle.position, pose.position):
         handle.position = pose.position
