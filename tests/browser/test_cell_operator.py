@@ -127,7 +127,7 @@ def test_person_builds_a_kit_with_the_mouse(tmp_path: Path, visit: Visit) -> Non
         hand.drag_to((TRAY[0], TRAY[1], 1.0))
         hand.drag_to((TRAY[0], TRAY[1], TRAY[2] + 0.04), within=0.02)
         visitor.press(RELEASE)
-        visitor.read(r"part_1")  # on the tray
+        visitor.wait(lambda: hand.panel()["trays"][0]["parts"], "gear on the tray", seen=hand.report)
         visitor.press("tray1")
         visitor.read("^done$")
         run.wait_for("^the page stays open")
