@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import pytest
@@ -74,9 +75,13 @@ def test_selected_names_are_those_that_the_node_publishes_and_commands() -> None
     node = RobotNode(load_robot("tandem"))
     try:
         heard: dict[str, list[str]] = {}
+
+        def hear(topic: str, message: Any) -> None:
+            heard[topic] = list(message.name)
+
         for source in contract["observations"]["observation.state"]:
             topic = source["channel"]["topic"]
-            node.bus.subscribe(topic, lambda message, topic=topic: heard.update({topic: list(message.name)}))
+            node.bus.subscribe(topic, partial(hear, topic))
         command = joint_state(["gripper_0", "gripper_1"], [1.0, 0.25])
         node.bus.publish(contract["actions"]["action"][1]["channel"]["topic"], command)
         node.simulation.step_until(100_000_000)

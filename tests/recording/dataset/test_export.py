@@ -11,6 +11,8 @@ import pytest
 
 from cellwright.recording.dataset import export, recorded
 from cellwright.recording.dataset.export import export_recordings, unfinished_folder
+from cellwright.recording.dataset.frames import frame_instants
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.util.errors import RecordingError, UsageError
 from tests.recording.dataset.made import RATE, actions_around, steered
 from tests.support.waiting import TIMEOUT
@@ -43,7 +45,7 @@ def files(folder: Path) -> dict[str, bytes]:
 def repeated(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the recordings whose runs are repeated."""
     names: list[str] = []
-    whole = export.recorded_episode
+    whole = recorded.recorded_episode
 
     def counted(path: Path, *arguments: object, **options: object) -> object:
         names.append(path.name)
@@ -75,10 +77,12 @@ def test_run_is_repeated_once_for_readings_and_pictures(
     recordings: list[Path], repeated: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Path] = []
-    whole = recorded.frame_instants
-    monkeypatch.setattr(
-        recorded, "frame_instants", lambda recording, hz: (begun.append(recording.path), whole(recording, hz))[1]
-    )
+
+    def noted(recording: RecordingFile, hz: int) -> object:
+        begun.append(recording.path)
+        return frame_instants(recording, hz)
+
+    monkeypatch.setattr(recorded, "frame_instants", noted)
     export_recordings(recordings[:2], tmp_path / "set", cameras=[CAMERA])
     assert begun == recordings[:2]
     assert repeated == ["run2.mcap", "run3.mcap"]

@@ -47,9 +47,9 @@ def main(name: str, python: str) -> int:
     with TemporaryDirectory() as made:
         small, run = write(Path(made) / "small", CAMERAS), _recorded(Path(made))
         for folder in (small, run):
-            found = judge(python, folder)
-            print(f"{'refused  ' if found else 'accepted '} {name}: a good set, {folder.name} {found}".rstrip())
-            status |= bool(found)
+            problem = judge(python, folder)
+            print(f"{'refused  ' if problem else 'accepted '} {name}: a good set, {folder.name} {problem}".rstrip())
+            status |= bool(problem)
         for fault, damage in FAULTS.items():
             folder = copied(small, Path(made) / "damaged" / fault.replace(" ", "-"))
             damage(folder)
