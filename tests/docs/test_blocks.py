@@ -24,7 +24,7 @@ FOLLOWED = {
     *(ROOT / name for pages in test_tutorials.CONTINUED.values() for name in pages),
     *test_how_to.PAGES,
     *(DOCS / name for name in test_ros1_page.PAGES),
-    *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "operate.md")),
+    *(DOCS / name for name in ("adapt-a-robot.md", "assert.md", "cameras.md", "kitting.md", "operate.md")),
     *test_lesson.PAGES,
 }
 """Pages whose `console` and `python` blocks a test runs."""
