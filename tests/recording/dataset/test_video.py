@@ -1,5 +1,6 @@
 """Tests of videos: pictures at their times, and files that are cut between episodes."""
 
+import os
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -59,3 +60,15 @@ def test_size_that_the_encoder_refuses_is_an_error_with_the_size() -> None:
 def test_encoder_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     clip(0, 2)
     assert capfd.readouterr() == ("", "")
+
+
+def test_encoder_makes_no_thread_a_real_time_one() -> None:
+    own, others = os.sched_getscheduler(0), {*os.listdir("/proc/self/task")}
+    clip = Clip(64, 64, 20)
+    for _ in range(3):
+        clip.add(np.zeros((64, 64, 3), np.uint8))
+    started = {*os.listdir("/proc/self/task")} - others
+    policies = [os.sched_getscheduler(int(each)) for each in started]
+    clip.finish()
+    assert policies == [own] * len(started)
+    assert os.sched_getscheduler(0) == own

@@ -2,6 +2,8 @@
 
 import io
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,7 @@ _OPTIONS = {
 }
 _ERRORS_ALONE = "1"
 _FASTSTART = {"movflags": "faststart"}
+_THREADS = Path("/proc/self/task")  # on Linux
 
 
 class Clip:
@@ -72,8 +75,10 @@ class Clip:
         return self._content.getvalue()
 
     def _encode(self, frame: av.VideoFrame | None) -> None:
+        starts = _kept_scheduling() if self.frames == 0 else nullcontext()
         try:
-            self._container.mux(self._stream.encode(frame))
+            with starts:
+                self._container.mux(self._stream.encode(frame))
         except av.FFmpegError as error:
             size = f"{self.width} x {self.height}"
             raise CellwrightError(f"{_ENCODER}: cannot encode pictures of {size}: {error}") from None
@@ -132,6 +137,26 @@ class CameraVideos:
         packet.duration = 1
         self._container.mux(packet)
         self._frames += 1
+
+
+@contextmanager
+def _kept_scheduling() -> Iterator[None]:
+    """Keep the scheduling of this thread, and give it to all threads that are started meanwhile.
+
+    Where it may, as for root, SVT-AV1 makes its own threads and that of its caller real-time ones, of the highest
+    priority. All that the caller starts later inherits that, and other programs get no processor.
+    """
+    if not _THREADS.exists():
+        yield
+        return
+    policy, parameters, before = os.sched_getscheduler(0), os.sched_getparam(0), {*os.listdir(_THREADS)}
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy, parameters)
+        for thread in {*os.listdir(_THREADS)} - before:
+            with suppress(ProcessLookupError):  # it has ended
+                os.sched_setscheduler(int(thread), policy, parameters)
 
 
 def video_feature(width: int, height: int, rate: int) -> dict[str, Any]:
