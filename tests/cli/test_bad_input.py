@@ -48,7 +48,7 @@ def refused(ran: object) -> str:
         ("--checkpoint", "1:no/a.npz", "--checkpoint 1:no/a.npz: there is no folder no"),
         ("--agent", "no.py:Agent", "no.py: there is no such file"),
         ("--agent", "folder.py:Agent", "folder.py: there is no such file"),
-        ("--agent", "lessn", "unknown agent 'lessn'; did you mean lesson (known: kitter, lesson); "),
+        ("--agent", "lessn", "unknown agent 'lessn'; did you mean lesson (known: kitter, lesson, operator); "),
         ("--agent", "agents.py:Ende", "agents.py: unknown class 'Ende'; did you mean Ends"),
         ("--agent", "agents.py:NoAgent", "agents.py:NoAgent: an agent is a class with a method run(client)"),
         ("--agent", "agents.py:CannotBeMade", "agents.py:CannotBeMade: cannot be made: TypeError: "),
