@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -23,6 +24,7 @@ pytest_plugins = ["tests.ros2.fixtures"]
 pytestmark = pytest.mark.ros2
 
 QUICK = ("--frequency", "2", "--duration", "0.5", "--amplitude", "0.2", "--json")
+PRESSES = 24
 TRACK = "time,right_elbow,gripper_right,gripper_left\n0.0,1.45,1,0\n0.2,1.4,1,0\n"
 
 
@@ -123,23 +125,30 @@ def test_keyboard_over_ros2_drives_robot_and_stops_it_on_way_home(
 
     robot = OperatedRobot(session("/operator"))
     operator = Keyboard(robot, Jog(robot, JointLimits()), ServiceCaller(lambda: session("/operator_services")))
-    assert len(robot.tips) == len(robot.grippers) == 2
-    for name, value in tandem.ros.items():
-        monkeypatch.setenv(name, value)
-    limits = NodeConnection(AddressArguments(ros2=True)).limits(robot)
-    assert limits.source == "robot_description"
-    assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
-    start, wait = robot.tips[0].position, robot.session.wait_until
-    assert operator.take("++zc")
-    assert wait(lambda: robot.tips[0].position[2] - start[2] > 0.015 and robot.grippers[0] > 0.9, TIMEOUT)
-    assert operator.take("/" + robot.joints[0] + "\r" + "\x1b[C\x1b[C")
-    assert operator.take("H")
-    assert wait(lambda: robot.status.resetting, TIMEOUT)
-    assert operator.take(" ")
-    assert wait(lambda: robot.status.emergency_stop, TIMEOUT)
-    assert wait(lambda: operator.take("") and operator.message.startswith("home: "), TIMEOUT)
-    assert "refused" in operator.message
-    assert operator.take("u")
-    assert wait(lambda: not robot.status.emergency_stop, TIMEOUT)
-    operator.services.close()
-    robot.session.close()
+    with closing(robot.session), closing(operator.services):
+        assert len(robot.tips) == len(robot.grippers) == 2
+        for name, value in tandem.ros.items():
+            monkeypatch.setenv(name, value)
+        limits = NodeConnection(AddressArguments(ros2=True)).limits(robot)
+        assert limits.source == "robot_description"
+        assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
+        start, wait = robot.tips[0].position, robot.session.wait_until
+        assert operator.take("++")
+
+        def has_moved() -> bool:
+            return robot.tips[0].position[2] - start[2] > 0.015 and robot.grippers[0] > 0.9
+
+        for _ in range(PRESSES):  # on a busy machine a best-effort message gets lost, and a person presses again
+            assert operator.take("zc")
+            if wait(has_moved, TIMEOUT / PRESSES):
+                break
+        assert has_moved()
+        assert operator.take("/" + robot.joints[0] + "\r" + "\x1b[C\x1b[C")
+        assert operator.take("H")
+        assert wait(lambda: robot.status.resetting, TIMEOUT)
+        assert operator.take(" ")
+        assert wait(lambda: robot.status.emergency_stop, TIMEOUT)
+        assert wait(lambda: operator.take("") and operator.message.startswith("home: "), TIMEOUT)
+        assert "refused" in operator.message
+        assert operator.take("u")
+        assert wait(lambda: not robot.status.emergency_stop, TIMEOUT)
