@@ -87,7 +87,7 @@ def test_slurm_task_does_its_shard_and_is_queued_again_after_75(
     assert returned == status
     assert others == ([["scontrol", "requeue", "42_3"]] if is_queued else [])
     options = options_of(first)
-    assert (options["jobs"], options["out"], options["seeds"]) == (8, Path("shards/3"), 1000)
+    assert (options["jobs"], options["out"], options["seeds"]) == (8, Path("shards/3"), "1000")
     last = int(re.findall(r"^#SBATCH --array=1-(\d+)$", script.read_text(), re.MULTILINE)[0])
     assert shards_of(options["shard"], last, [{"SLURM_ARRAY_TASK_ID": str(each)} for each in range(1, last + 1)])
 
