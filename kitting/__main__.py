@@ -10,8 +10,10 @@ from typing import Annotated
 
 import msgspec
 import typer
+from rich.console import Console
 
 from cellwright.cli.main import DONE, NOT_DONE, main
+from cellwright.cli.output import progress_bar
 from cellwright.cli.parameters import argument, flag, option, with_groups
 from cellwright.util.errors import UsageError
 from cellwright.util.files import write_atomic
@@ -105,7 +107,9 @@ def train(
 ) -> None:
     """Train the clone, a network for each task, from the demonstrations."""
     for each in find_tasks(task or []):
-        trained = train_clone(recordings(out / DEMONSTRATIONS, each, Split.TRAIN), steps)
+        files = recordings(out / DEMONSTRATIONS, each, Split.TRAIN)
+        with progress_bar(Console(stderr=True), each.name, 1.0) as show:
+            trained = train_clone(files, steps, on_progress=show or (lambda _share, _status: None))
         trained.network.save(network_file(each, out / CLONES))
         about = f"{trained.demonstrations} demonstrations, {trained.samples} samples, error {trained.error:.3f}"
         typer.echo(f"{each.name:<14} {about}")

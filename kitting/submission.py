@@ -18,6 +18,8 @@ from kitting.scores import outcomes_text, read_outcomes, scores_of
 
 OUTCOMES = "outcomes.csv"
 """File beside a submission with all its runs."""
+PROGRAM_OPTIONS = ("--agent", "--policy", "--policy-map", "--latency")
+"""Options that name a program; a submission has no others, such as a folder to write to."""
 SCHEMA_TITLE = "Submission to the kitting benchmark of Cellwright"
 
 _Text = Annotated[str, msgspec.Meta(min_length=1, max_length=2000)]
@@ -179,6 +181,11 @@ def _problems(found: Submission, folder: Path) -> Iterator[str]:
     ours = digests()
     if changed := sorted(name for name in {*ours, *found.digests} if ours.get(name) != found.digests.get(name)):
         yield f"was made with another {changed[0]}; check out the version of the benchmark that it names"
+        return
+    names = found.program[::2]
+    if len(names) != len({*names}) or len(found.program) % 2 or not {*names} <= {*PROGRAM_OPTIONS}:
+        known, got = ", ".join(PROGRAM_OPTIONS), " ".join(found.program)
+        yield f"its program must have a value for some of {known} (got {got:.80})"
         return
     outcomes = folder / OUTCOMES
     if not outcomes.is_file() or _digest_of(outcomes) != found.outcomes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -104,7 +105,14 @@ class Network:
         return [inputs, one, two, two @ third + third_offset]
 
 
-def train(network: Network, inputs: Array, outputs: Array, steps: int, seed: int) -> list[float]:
+def train(
+    network: Network,
+    inputs: Array,
+    outputs: Array,
+    steps: int,
+    seed: int,
+    on_progress: Callable[[int], None] = lambda _step: None,
+) -> list[float]:
     """Train a network; equal arguments give equal weights on one machine.
 
     Args:
@@ -113,6 +121,7 @@ def train(network: Network, inputs: Array, outputs: Array, steps: int, seed: int
         outputs: the answers to learn, shape (N, E).
         steps: number of steps.
         seed: seed of the batches and of the noise.
+        on_progress: takes the number of each step, from 1.
 
     Returns:
         The mean squared error of each step, in the scale of the outputs.
@@ -128,6 +137,7 @@ def train(network: Network, inputs: Array, outputs: Array, steps: int, seed: int
         noisy = scaled[chosen] + NOISE * chance.standard_normal((len(chosen), scaled.shape[1]))
         error, gradients = network.gradients(noisy, wanted[chosen])
         errors.append(error)
+        on_progress(step)
         rate = RATE * 0.5 * (1.0 + np.cos(np.pi * step / steps))
         for weight, mean, square, gradient in zip(network.weights, means, squares, gradients, strict=True):
             mean += (1.0 - _DECAYS[0]) * (gradient - mean)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -35,23 +35,39 @@ class Trained:
     error: float
 
 
-def train_clone(recordings: Sequence[Path], steps: int = STEPS, seed: int = SEED) -> Trained:
+def train_clone(
+    recordings: Sequence[Path],
+    steps: int = STEPS,
+    seed: int = SEED,
+    on_progress: Callable[[float, str], None] = lambda _share, _status: None,
+) -> Trained:
     """Train the network of a task from recordings of its demonstrations.
 
     Args:
         recordings: files of `cellwright eval --record`.
         steps: steps of training.
         seed: seed of weights, batches and noise.
+        on_progress: takes the finished share of the work, of which reading is a half, and where it is.
 
     Raises:
         RecordingError: a recording cannot be run again.
         UsageError: none has succeeded.
     """
-    demonstrations = [read_demonstration(path) for path in recordings]
+    demonstrations = []
+    for number, path in enumerate(recordings):
+        on_progress(0.5 * number / len(recordings), f"demonstration {number + 1} of {len(recordings)}")
+        demonstrations.append(read_demonstration(path))
     inputs, chunks = chunks_of(demonstrations)
     outputs = distances(inputs, chunks)
     network = Network.begin(inputs, outputs, seed)
-    errors = train(network, inputs, outputs, steps, seed)
+    errors = train(
+        network,
+        inputs,
+        outputs,
+        steps,
+        seed,
+        lambda step: on_progress(0.5 + 0.5 * step / steps, f"step {step} of {steps}"),
+    )
     used = sum(each.is_success for each in demonstrations)
     return Trained(network, used, len(inputs), float(np.mean(errors[-100:])))
 

@@ -61,6 +61,11 @@ def test_submission_fits_its_schema_and_has_its_scores(made: Path) -> None:
     [
         ({"version": "9.0.0"}, r"is of cellwright-kitting 9.0.0 \(this is cellwright-kitting 1"),
         ({"digests": {"train.txt": "0" * 64}}, "was made with another changed_order.yaml; check out the version"),
+        ({"program": [*WORDS, "--out", "elsewhere"]}, "its program must have a value for some of --agent, --policy, "),
+        (
+            {"program": ["--agent", "kitter", "--agent"]},
+            "its program must have a value for some of --agent, --policy, ",
+        ),
         ({"seeds": 1}, "its scores are not those of its outcomes.csv"),
         ({"name": "yours"}, "must have the first seeds of the test split"),
         ({"surplus": 1}, r"is no submission: .*surplus.*; see kitting/submission.schema.json"),

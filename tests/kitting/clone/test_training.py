@@ -21,7 +21,9 @@ def test_answers_are_distances_of_each_target_from_where_its_channel_is_observed
 def test_network_learns_a_demonstration(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     cellwright.run_trial(find_tasks(["pick_from_bin"])[0].file(Split.TRAIN), "kitter", seed=1, record=path)
-    trained = train_clone([path], steps=300)
+    shown: list[tuple[float, str]] = []
+    trained = train_clone([path], steps=300, on_progress=lambda share, status: shown.append((share, status)))
+    assert (shown[0], shown[-1], len(shown)) == ((0.0, "demonstration 1 of 1"), (1.0, "step 300 of 300"), 301)
     assert trained.demonstrations == 1
     assert trained.samples > 30
     assert trained.error < 0.3  # of the variance of the answers

@@ -105,11 +105,15 @@ def test_export_takes_bags_and_goes_on_from_them(tmp_path: Path) -> None:
         (MOVES[101:], r"has no joint states on /ariac/joint_states or .* \(got the topics /io_teleop/joint_cmd\)"),
         ([(STATES, 10.0, {"lift": 0.0}), (COMMANDS, 10.0, {"lift": 0.0})], r"has no whole frame in which all topics"),
         (
+            [(STATES, 10.0, np.zeros((2, 2, 3), np.uint8)), *MOVES[101:]],
+            r"must have a type of .* \(got sensor_msgs/msg/Im",
+        ),
+        (
             [(STATES, 10.0, {"lift": np.nan}), *MOVES[101:]],
             r"on /io_teleop/joint_states at 10\.000 s needs a finite pos",
         ),
     ],
-    ids=["no-commands", "no-states", "short", "nan"],
+    ids=["no-commands", "no-states", "short", "another-type", "nan"],
 )
 def test_bag_without_what_a_frame_needs_is_refused(messages: list[Message], text: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=rf"session\.bag: .*{text}"):

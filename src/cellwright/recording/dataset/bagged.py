@@ -26,6 +26,11 @@ _NANOSECONDS = 1_000_000_000
 _GRIPPER_STATES = "/io_teleop/gripper_states"
 _APPLIED = "/io_teleop/applied_joint_cmd"
 _SUCTION = "/ariac/gripper/state"
+_TYPES = (
+    "sensor_msgs/msg/JointState",
+    "control_msgs/msg/JointTrajectoryControllerState",
+    "osrf_gear/msg/VacuumGripperState",
+)
 
 
 @dataclass(frozen=True)
@@ -164,6 +169,9 @@ def _series(
     connections = {topics[name].topic: name for name in chosen if name is not None}
     found = _Series()
     wanted = [each for each in reader.connections if each.topic in connections]
+    if strange := next((each for each in wanted if each.msgtype not in _TYPES), None):
+        text = f"must have a type of {', '.join(_TYPES)} (got {strange.msgtype})"
+        raise UsageError(f"{path}: {strange.topic}: {text}; leave the topic out")
     for connection, time, data in reader.messages(connections=wanted):
         name = connections[connection.topic]
         names, positions = _READERS.get(name, _joints)(reader.deserialize(data, connection.msgtype))
