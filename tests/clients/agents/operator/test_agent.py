@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright import load_trial
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.operator.agent import OperatorAgent
 from cellwright.clients.agents.operator.requests import (
@@ -97,6 +98,17 @@ def builds_the_kit(person: Person) -> Iterator[Callable[[], bool]]:
     yield person.after(1.0)
     yield went(person, (x, y, 1.0))
     cell.bus.call("/ariac/agv1", AGVControlRequest(kit_type="order_0_kit_0"), node="/person")
+
+
+def rests(person: Person) -> Iterator[Callable[[], bool]]:
+    """Ask for nothing."""
+    yield person.after(0.3)
+
+
+@pytest.mark.parametrize(("name", "has_begun"), [("lesson", False), ("pick_from_bin", True)])
+def test_competition_begins_with_the_first_request_or_with_the_task(name: str, has_begun: bool) -> None:
+    _, person, _ = work(load_trial(name), rests, 0.5)
+    assert person.state["begun"] is has_begun
 
 
 @pytest.mark.slow

@@ -44,6 +44,8 @@ REPEAT = 1.0
 """Time [s] after which the same state is reported again."""
 _FIRST = 2.0
 """Simulation time [s] in which the first joint states come."""
+_GO = "go"
+"""State of a competition that has begun, as that of a task does on its own."""
 _NOTE = 5.0
 """Time [s] for which a note stays in the state."""
 
@@ -260,7 +262,7 @@ class _Work:
         return {
             "arm": self._control.arm.name,
             "stopped": self._is_stopped,
-            "begun": self._has_begun,
+            "begun": self._has_begun or self._client.competition_state == _GO,
             "note": self._note,
             "arms": {
                 each.arm.name: {
