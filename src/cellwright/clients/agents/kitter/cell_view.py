@@ -10,6 +10,7 @@ from cellwright.clients.agents.kitter import perception
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.workplace import Area, TrayPlace, Workplace
 from cellwright.clients.client import Client
+from cellwright.clients.client.pictures import picture_topics
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.osrf_gear import LogicalCameraImage, Proximity
 from cellwright.util.errors import CellwrightError
@@ -51,8 +52,10 @@ def find_sensors(client: Client, arm_T_world: Pose) -> tuple[dict[str, Pose], di
         each()
     first: dict[str, Any] = {}
     listening = []
+    topics = client.transport.topics()
     for name in frames:
-        if not name.startswith(QUALITY_SENSOR_PREFIX):
+        # without a look at pictures, of which the first starts a process that draws
+        if not name.startswith(QUALITY_SENSOR_PREFIX) and not picture_topics(f"/ariac/{name}", topics):
             # A bin, a load point: a frame, but no sensor.
             with suppress(CellwrightError):
                 listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]

@@ -1,5 +1,7 @@
 """Discovery of sensors, by frames and messages alone."""
 
+from typing import Any
+
 import pytest
 
 from cellwright.cell.cell import Cell
@@ -28,6 +30,22 @@ def test_find_sensors_in_lesson_finds_cameras_and_beam() -> None:
 
 def test_find_sensors_without_sensors_is_empty() -> None:
     assert find_sensors(client("qual1a"), Pose()) == ({}, {})
+
+
+def test_find_sensors_asks_no_camera_for_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    subscribed: list[str] = []
+    pick = client("pick_from_bin")
+    subscribe = pick.transport.subscribe
+
+    def noted(topic: str, *arguments: Any, **keywords: Any) -> Any:
+        subscribed.append(topic)
+        return subscribe(topic, *arguments, **keywords)
+
+    monkeypatch.setattr(pick.transport, "subscribe", noted)
+    cameras, _ = find_sensors(pick, Pose())
+    assert "/ariac/overhead/image_raw" in pick.transport.topics()
+    assert sorted(cameras) == sorted(each.removeprefix("/ariac/") for each in subscribed if "logical" in each)
+    assert not [each for each in subscribed if each.startswith(("/ariac/overhead", "/ariac/wrist"))]
 
 
 def test_parts_in_bins_are_seen_once_at_their_places() -> None:
