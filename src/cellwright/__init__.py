@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from cellwright.engine.sensor import Reading as Reading
     from cellwright.engine.sensor import Sensor as Sensor
     from cellwright.recording.dataset.recorded import recorded_episode as recorded_episode
-    from cellwright.recording.replay.opened import Recording as Recording
-    from cellwright.recording.replay.opened import open_recording as open_recording
+    from cellwright.recording.opened import Recording as Recording
+    from cellwright.recording.opened import open_recording as open_recording
     from cellwright.rendering.cameras.picture_camera import read_pictures as read_pictures
     from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
@@ -65,7 +65,7 @@ _HOMES = {
     "Device": "engine.device",
     "Driver": "robot.drivers",
     "NodeClient": "clients.client",
-    "Recording": "recording.replay.opened",
+    "Recording": "recording.opened",
     "Outcome": "running.run",
     "Outputs": "running.run",
     "PageOptions": "running.run",
@@ -83,7 +83,7 @@ _HOMES = {
     "Trial": "config.trial.trial",
     "load_robot": "running.run",
     "load_trial": "running.run",
-    "open_recording": "recording.replay.opened",
+    "open_recording": "recording.opened",
     "read_pictures": "rendering.cameras.picture_camera",
     "recorded_episode": "recording.dataset.recorded",
     "run_cell": "running.run",

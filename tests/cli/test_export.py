@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from pyarrow import parquet
 
 from tests.cli.conftest import CommandLine
 from tests.recording.dataset.made import kitted
@@ -29,9 +30,17 @@ def test_check_with_recordings_replays_the_actions(cellwright: CommandLine) -> N
     cellwright("export", "run.mcap", "--out", "picks")
     checked = cellwright("export", "run.mcap", "--check", "picks")
     assert (checked.status, checked.out) == (0, "ok\nreplayed    1 of 1 successes succeed again\n")
-    other = cellwright("export", "run.mcap", "run.mcap", "--check", "picks")
+    cellwright("run", "lesson", "--agent", "none", "--until", "0.1", "--no-picture", "--record", "other.mcap")
+    other = cellwright("export", "run.mcap", "other.mcap", "--check", "picks")
     assert other.status == 2
-    assert "picks: has 1 episodes (got 2 recordings); give that of each, in their order" in other.err
+    assert "other.mcap: is the recording of no episode of picks (got SHA-256 " in other.err
+
+
+def test_recording_becomes_a_table(cellwright: CommandLine) -> None:
+    cellwright("run", "lesson", "--agent", "none", "--until", "0.1", "--no-picture", "--record", "run.mcap")
+    ran = cellwright("export", "run.mcap", "--out", "run.parquet", "--hz", "50")
+    assert (ran.status, ran.out, ran.err) == (0, "table       run.parquet, 5 rows\n", "")
+    assert parquet.read_table("run.parquet")["time"].to_pylist() == pytest.approx([0.0, 0.02, 0.04, 0.06, 0.08])
 
 
 def test_stopped_export_says_how_to_go_on(cellwright: CommandLine) -> None:
@@ -58,8 +67,18 @@ def test_check_prints_problems_and_exits_with_1(cellwright: CommandLine) -> None
         (("run.mcap",), "export: give recordings and --out FOLDER, or --check FOLDER"),
         (("--check", "set", "--out", "other"), "--check: takes no --out; check the folder alone, or with its"),
         (("run.mcap", "--out", "set"), "run.mcap"),
+        (
+            ("a.mcap", "b.mcap", "--out", "t.parquet"),
+            "--out t.parquet: a table is of one recording of Cellwright (got 2",
+        ),
+        (
+            ("run.bag", "--out", "t.parquet"),
+            "t.parquet: a table is of one recording of Cellwright (got the bag run.bag)",
+        ),
+        (("run.mcap", "--out", "t.parquet", "--sentence", "Pick."), "--sentence: is for data sets; leave it out"),
+        (("run.mcap", "--out", "none/t.parquet"), "--out none/t.parquet: there is no folder none"),
     ],
-    ids=["nothing", "no-folder", "both", "missing"],
+    ids=["nothing", "no-folder", "both", "missing", "tables", "bag", "sentence", "no-place"],
 )
 def test_bad_input_is_refused(cellwright: CommandLine, arguments: tuple[str, ...], text: str) -> None:
     ran = cellwright("export", *arguments)
@@ -73,3 +92,10 @@ def test_missing_package_is_named_with_its_extra(cellwright: CommandLine, monkey
     ran = cellwright("export", "--check", "set")
     assert ran.status == 2
     assert "export: needs the package av; pip install 'cellwright[parquet,video]'" in ran.err
+
+
+def test_table_needs_one_package_alone(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.cli.export.is_installed", lambda _name: False)
+    ran = cellwright("export", "run.mcap", "--out", "run.parquet")
+    assert ran.status == 2
+    assert "export: needs the package pyarrow; pip install 'cellwright[parquet]'" in ran.err

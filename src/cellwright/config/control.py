@@ -117,6 +117,11 @@ class ControlSpace:
         """Names of the channels."""
         return tuple(each.name for each in self.channels)
 
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Units of the channels, `rad`, `m` or nothing."""
+        return tuple(each.unit for each in self.channels)
+
     def index(self, name: str) -> int:
         """Return the place of a channel.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cellwright.clients.agents.agent import Agent
     from cellwright.config.trial.joining import TrialName
     from cellwright.config.trial.trial import Trial
-    from cellwright.recording.replay.opened import Recording
+    from cellwright.recording.opened import Recording
     from cellwright.running.run import RunResult
     from cellwright.running.run.headless import CellOfTrial
 
@@ -142,7 +142,7 @@ def run(request: pytest.FixtureRequest, cellwright_runs: _Runs, trial_seed: int 
 @pytest.fixture
 def recording(request: pytest.FixtureRequest, cellwright_runs: _Runs, trial_seed: int | None) -> Iterator[Recording]:
     """Open recording of a run of the marked trial. Tests with equal markers share the run."""
-    from cellwright.recording.replay.opened import Recording
+    from cellwright.recording.opened import Recording
 
     result = _finished(request, cellwright_runs, trial_seed)
     with Recording(result.recordings[0]) as opened:

@@ -51,12 +51,14 @@ def made(number: int = 0, cameras: tuple[str, ...] = ("top",), **changes: Any) -
         "rate": RATE,
         "columns": (
             Column("observation.state", random.normal(size=(frames, 3)).astype(np.float32), ("a", "b", "c")),
-            Column("action", random.normal(size=(frames, 2)).astype(np.float32), ("x", "y")),
+            Column("action", random.normal(size=(frames, 2)).astype(np.float32), ("x", "y"), ("m", "rad")),
             Column("next.reward", last.astype(np.float32), ()),
             Column("next.done", last, ()),
         ),
         "films": films.finish(),
         "is_success": number % 2 == 0,
+        "begin": 0.5 * number,
+        "sha256": str(number) * 64,
     }
     return Episode(**{**given, **changes})
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cellwright.recording.dataset import kept
-from cellwright.recording.dataset.episode import Episode
+from cellwright.recording.dataset.episode import FACTS, Episode
 from cellwright.recording.dataset.kept import KeptEpisodes
 from tests.recording.dataset.sets import CAMERAS, made
 
@@ -38,20 +38,12 @@ def test_kept_episode_is_the_one_that_was_made(tmp_path: Path, recording: Path) 
     first = KeptEpisodes(tmp_path / "kept").episode(recording, SETTINGS, make)
     again = KeptEpisodes(tmp_path / "kept").episode(recording, SETTINGS, make)
     assert make.calls == 1
-    assert (again.source, again.robot, again.sentence, again.rate, again.is_success) == (
-        "run0.mcap",
-        "cellwright_ur10",
-        "Pick the gear.",
-        20,
-        True,
-    )
-    for column, expected in zip(again.columns, first.columns, strict=True):
-        assert (column.name, column.names, column.values.dtype) == (
-            expected.name,
-            expected.names,
-            expected.values.dtype,
-        )
-        np.testing.assert_array_equal(column.values, expected.values)
+    expected = made(0, CAMERAS)
+    assert [getattr(again, name) for name in FACTS] == [getattr(expected, name) for name in FACTS]
+    for column, given in zip(again.columns, first.columns, strict=True):
+        assert (column.name, column.names, column.units) == (given.name, given.names, given.units)
+        assert column.values.dtype == given.values.dtype
+        np.testing.assert_array_equal(column.values, given.values)
     for film, wanted in zip(again.films, first.films, strict=True):
         assert (film.camera, film.width, film.height, film.frames) == (
             wanted.camera,

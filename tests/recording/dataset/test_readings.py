@@ -52,6 +52,7 @@ def test_node_has_joints_and_shares_of_its_grippers(node: RobotNode) -> None:
     readings = readings_of(node, 20)
     assert (readings.robot, readings.names[0]) == ("cellwright_tandem", "lift")
     assert readings.names[-2:] == ("gripper_right", "gripper_left")
+    assert (readings.units[0], readings.units[-1]) == ("m", "")
     node.bus.publish("/io_teleop/joint_cmd", joint_state(["lift"], [0.2]))
     node.bus.publish("/io_teleop/target_gripper_status", joint_state(["", ""], [1.0, 0.25]))
     node.simulation.step_until(50_000_000)

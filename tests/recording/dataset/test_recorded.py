@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from contextlib import closing
 from pathlib import Path
@@ -16,7 +17,8 @@ from cellwright.envs.cell_env import CellEnv
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.dataset.episode import Episode
 from cellwright.recording.dataset.films import Films
-from cellwright.recording.dataset.recorded import recorded_episode
+from cellwright.recording.dataset.recorded import recorded_arrays, recorded_episode
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.run import cell_result
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.cell.tasks.cells import BASE
@@ -52,12 +54,14 @@ def test_columns_are_those_of_an_environment_bit_for_bit(seen: list[dict[str, An
     episode = recorded_episode(path, RATE)
     assert (episode.source, episode.robot, episode.rate) == ("run.mcap", "cellwright_ur10", 20)
     assert episode.sentence == "Pick up a gear from the bin."
+    assert episode.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     found = values(episode)
     assert found["observation.state"].dtype == found["action"].dtype == np.float32
     assert found["observation.state"].tolist() == [each["agent_pos"].tolist() for each in seen[:-1]]
     assert found["action"].tolist() == [each.tolist() for each in seen[0]["actions"]]
     with closing(CellEnv(TASK)) as env:
         assert episode.columns[0].names == episode.columns[1].names == env.agent_pos_names
+    assert episode.columns[0].units == episode.columns[1].units == ("m", *["rad"] * 6, "")
 
 
 def test_episode_that_the_recording_ends_is_truncated(path: Path) -> None:
@@ -72,14 +76,14 @@ def test_episode_that_the_recording_ends_is_truncated(path: Path) -> None:
 
 @pytest.mark.slow
 def test_pictures_are_those_of_an_environment(path: Path) -> None:
-    drawn: list[Any] = []
-    episode = recorded_episode(path, RATE, [CAMERA], on_pictures=drawn.append)
+    with RecordingFile(path) as recording:
+        drawn = recorded_arrays(recording, RATE, [CAMERA]).column(f"observation.images.{CAMERA}").values
     expected, films = observed(CAMERA)[:-1], Films("run.mcap", [CAMERA], RATE)
-    assert len(drawn) == FRAMES
+    assert (len(drawn), drawn.dtype) == (FRAMES, np.uint8)
     for picture, each in zip(drawn, expected, strict=True):
-        assert np.array_equal(picture[CAMERA], each["pixels"][CAMERA])
+        assert np.array_equal(picture, each["pixels"][CAMERA])
         films.add(each["pixels"])
-    [film], [wanted] = episode.films, films.finish()
+    [film], [wanted] = recorded_episode(path, RATE, [CAMERA]).films, films.finish()
     assert (film.camera, film.frames, film.video) == (CAMERA, FRAMES, wanted.video)
     assert film.statistics.as_lists() == wanted.statistics.as_lists()
 

@@ -12,8 +12,8 @@ import pytest
 
 import cellwright
 from cellwright.cell.cell import Cell
+from cellwright.recording.opened import Recording
 from cellwright.recording.replay.distances import TOUCHING
-from cellwright.recording.replay.opened import Recording
 from cellwright.util.errors import RecordingError, UnknownNameError
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.replay.opened import open_recording
+from cellwright.recording.opened import open_recording
 from cellwright.util.errors import DescriptionError, RecordingError, UsageError
 from cellwright.util.files import (
     JsonLines,

@@ -14,6 +14,7 @@ from cellwright.clients.operators.bags import COMMANDS, opened_bag
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, JOINT_STATES
 from cellwright.config.control import side_name
 from cellwright.recording.dataset.bag_pictures import BagPictures
+from cellwright.recording.dataset.digest import sha256_of
 from cellwright.recording.dataset.episode import Column, Episode
 from cellwright.recording.dataset.outcomes import outcome_columns
 from cellwright.util.errors import UsageError
@@ -115,7 +116,17 @@ def bag_episode(path: str | Path, hz: int = 20, cameras: Sequence[str] = (), *, 
         Column("action", _rows(executed, actions.names)[1:], actions.names),
         *outcome_columns(count, ()),
     )
-    return Episode(path.name, interface.robot, sentence, int(hz), columns, films, is_success=False)
+    return Episode(
+        source=path.name,
+        robot=interface.robot,
+        sentence=sentence,
+        rate=int(hz),
+        columns=columns,
+        films=films,
+        is_success=False,
+        begin=begin / _NANOSECONDS,
+        sha256=sha256_of(path),
+    )
 
 
 def _interface_of(path: Path, topics: Mapping[str, Connection]) -> _Interface:

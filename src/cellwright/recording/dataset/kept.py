@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from cellwright._package import VERSION
-from cellwright.recording.dataset.episode import Column, Episode, Film
+from cellwright.recording.dataset.digest import sha256_of
+from cellwright.recording.dataset.episode import FACTS, Column, Episode, Film
 from cellwright.recording.dataset.statistics import PictureStatistics
 from cellwright.util.files import atomic_file, open_to_read
 
-_FORM = 1
+_FORM = 2
 _PACKAGES = ("numpy", "av", "mujoco-core")  # another version may give other bytes
-_BLOCK = 1 << 20
 _HEAD = "head"
 
 
@@ -64,21 +64,8 @@ class KeptEpisodes:
 
 
 def _key(recording: Path, settings: dict[str, Any]) -> str:
-    content = hashlib.sha256()
-    for path in sorted(recording.rglob("*")) if recording.is_dir() else [recording]:
-        if not path.is_dir():
-            content.update(f"{path.name} {path.stat().st_size}\n".encode())
-            with open_to_read(path) as file:
-                while block := file.read(_BLOCK):
-                    content.update(block)
-    facts = [
-        _FORM,
-        VERSION,
-        {name: _version(name) for name in _PACKAGES},
-        recording.name,
-        content.hexdigest(),
-        settings,
-    ]
+    packages = {name: _version(name) for name in _PACKAGES}
+    facts = [_FORM, VERSION, packages, recording.name, sha256_of(recording), settings]
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -91,10 +78,8 @@ def _version(package: str) -> str:
 
 def _write(path: Path, episode: Episode) -> None:
     head = {
-        "texts": [episode.source, episode.robot, episode.sentence],
-        "rate": episode.rate,
-        "is_success": episode.is_success,
-        "columns": [[column.name, column.names] for column in episode.columns],
+        "facts": {name: getattr(episode, name) for name in FACTS},
+        "columns": [[column.name, column.names, column.units] for column in episode.columns],
         "films": [[film.camera, film.width, film.height, film.frames] for film in episode.films],
     }
     arrays: dict[str, Any] = {_HEAD: np.frombuffer(json.dumps(head).encode(), np.uint8)}
@@ -111,16 +96,14 @@ def _read(path: Path) -> Episode | None:
     try:
         with open_to_read(path) as file, np.load(file, allow_pickle=False) as arrays:
             head = json.loads(arrays[_HEAD].tobytes())
-            columns = [
-                Column(name, arrays[f"column{number}"], tuple(names))
-                for number, (name, names) in enumerate(head["columns"])
-            ]
-            films = []
-            for number, (camera, width, height, frames) in enumerate(head["films"]):
-                seen = PictureStatistics(arrays[f"counts{number}"], frames)
-                films.append(Film(camera, width, height, frames, arrays[f"video{number}"].tobytes(), seen))
-            source, robot, sentence = head["texts"]
-            rate, is_success = head["rate"], head["is_success"]
-            return Episode(source, robot, sentence, rate, tuple(columns), tuple(films), is_success)
+            columns = tuple(
+                Column(name, arrays[f"column{number}"], tuple(names), tuple(units))
+                for number, (name, names, units) in enumerate(head["columns"])
+            )
+            films = tuple(
+                Film(*form, arrays[f"video{number}"].tobytes(), PictureStatistics(arrays[f"counts{number}"], form[-1]))
+                for number, form in enumerate(head["films"])
+            )
+            return Episode(columns=columns, films=films, **head["facts"])
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
         return None

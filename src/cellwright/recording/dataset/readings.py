@@ -1,6 +1,6 @@
 """Readings of a repeated run, channel by channel: what is measured, and what its joints and grippers were given."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,7 @@ class Readings:
     Attributes:
         robot: kind of what is commanded, such as `cellwright_ur10`.
         names: names of the channels, in the order of the numbers.
+        units: their units, `rad`, `m` or nothing.
         measured: returns the measured value of each channel: positions [rad; m], 1 for suction that is on, widths [m],
             shares by which the grippers of a node are closed.
         executed: returns the present target of each channel, after all limits, in the same units.
@@ -31,6 +32,7 @@ class Readings:
 
     robot: str
     names: tuple[str, ...]
+    units: tuple[str, ...]
     measured: Callable[[], list[float]]
     executed: Callable[[], list[float]]
 
@@ -51,7 +53,7 @@ def readings_of(served: DrawnNode, rate: int) -> Readings:
     return _of_node(served)
 
 
-def cameras_of(served: DrawnNode, names: tuple[str, ...]) -> list[PictureCamera]:
+def cameras_of(served: DrawnNode, names: Sequence[str]) -> list[PictureCamera]:
     """Return colour cameras of a cell or of a robot's node by their names; in a cell, `ROBOT/` is before a robot's.
 
     Raises:
@@ -84,7 +86,7 @@ def _of_cell(cell: Cell, rate: int) -> Readings:
             values[place] = float(commander.applied[number])
         return values
 
-    return Readings(_kind(cell.trial), stepper.space.names, stepper.read, executed)
+    return Readings(_kind(cell.trial), stepper.space.names, stepper.space.units, stepper.read, executed)
 
 
 def _kind(trial: Trial) -> str:
@@ -103,6 +105,7 @@ def _of_node(node: RobotNode) -> Readings:
     return Readings(
         f"{_MAKER}_{node.config.name}",
         space.names,
+        space.units,
         lambda: values(commander.measured()),
         lambda: values(commander.applied),
     )

@@ -2,41 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
-from cellwright.recording.dataset.episode import Column, Episode, Film
+from cellwright.engine.clock import seconds
+from cellwright.recording.dataset.digest import sha256_of
+from cellwright.recording.dataset.episode import Column, Episode
 from cellwright.recording.dataset.frames import frame_instants
+from cellwright.recording.dataset.layout import picture_key
 from cellwright.recording.dataset.outcomes import FrameOutcome, Outcomes, outcome_columns
 from cellwright.recording.dataset.readings import cameras_of, readings_of
 from cellwright.recording.format.reader import RecordingFile
-from cellwright.rendering.cameras.picture_camera import Picture, ask_pictures
+from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera, ask_pictures
 from cellwright.rendering.scene.engine import DrawnNode
 from cellwright.util.errors import RecordingError, UsageError
 from cellwright.util.plugins import is_installed
-
-if TYPE_CHECKING:
-    from cellwright.recording.dataset.films import Films
 
 Pictures: TypeAlias = dict[str, NDArray[np.uint8]]
 """Pictures of a frame, (height, width, 3) sRGB, by the names of the cameras."""
 
 
-def recorded_episode(
-    path: str | Path,
-    hz: int = 20,
-    cameras: Sequence[str] = (),
-    *,
-    sentence: str = "",
-    on_pictures: Callable[[Pictures], None] = lambda _pictures: None,
-) -> Episode:
-    """Return a recorded run as an episode of a data set.
+def recorded_episode(path: str | Path, hz: int = 20, cameras: Sequence[str] = (), *, sentence: str = "") -> Episode:
+    """Return a recorded run as an episode of a data set, with the pictures of its cameras as films.
 
     The run is repeated once from its commands, so any recording that `replay --verify` can verify is suitable: of an
     agent, a policy, a person or a program over ROS. Values are those of the simulation, not of messages.
@@ -51,7 +45,6 @@ def recorded_episode(
         hz: frames in a second [Hz]; a frame must be whole ticks.
         cameras: names of the colour cameras whose pictures are drawn again.
         sentence: the task in words; empty for that of the trial.
-        on_pictures: takes the pictures of each frame, in order, before the losses of the video.
 
     Returns:
         The episode, with the columns `observation.state`, `action`, `next.done` and `next.truncated`; a cell's has also
@@ -73,95 +66,105 @@ def recorded_episode(
         >>> episode.robot, episode.sentence, episode.columns[0].values.shape
         ('cellwright_ur10', 'Pick up a gear from the bin.', (4, 8))
     """
-    path, names = Path(path), tuple(cameras)
-    states: list[list[float]] = []
-    actions: list[list[float]] = []
-    outcomes: list[FrameOutcome] = []
-    with RecordingFile(path) as recording, closing(frame_instants(recording, hz)) as instants:
+    path = Path(path)
+    with RecordingFile(path) as recording, _repeated(recording, hz, cameras) as run:
+        words = sentence or run.sentence
+        if not words:
+            raise UsageError(f"sentence: {run.served.name} has no task that says one; give the task in words")
+        if not cameras:
+            return replace(run.episode(), sentence=words)
+        if not is_installed("av"):
+            raise UsageError("cameras: videos need the package av; pip install 'cellwright[video]'")
+        from cellwright.recording.dataset.films import Films
+
+        films = Films(path.name, cameras, int(hz))
+        return replace(run.episode(films.add), sentence=words, films=films.finish())
+
+
+def recorded_arrays(recording: RecordingFile, hz: int, cameras: Sequence[str]) -> Episode:
+    """Return a recorded run as an episode whose pictures are columns; see `Recording.dataset`."""
+    pictures: dict[str, list[NDArray[np.uint8]]] = {name: [] for name in cameras}
+
+    def keep(seen: Pictures) -> None:
+        for name, picture in seen.items():
+            pictures[name].append(picture)
+
+    with _repeated(recording, hz, cameras) as run:
+        episode = run.episode(keep)
+    columns = (Column(picture_key(name), np.stack(taken), ()) for name, taken in pictures.items())
+    return replace(episode, columns=(*episode.columns, *columns))
+
+
+@contextmanager
+def _repeated(recording: RecordingFile, hz: int, cameras: Sequence[str]) -> Iterator[_Repetition]:
+    """Begin to repeat a run; an unknown camera is refused before it goes on."""
+    with closing(frame_instants(recording, hz)) as instants:
         served = next(instants, None)
         if served is None:
-            raise _no_frame(path)
-        words = sentence or _sentence_of(served)
-        drawn = _Drawn(path.name, served, names, hz, on_pictures)  # an unknown camera is refused before the run
-        readings = readings_of(served, hz)
-        judge = Outcomes(served) if isinstance(served, Cell) else None
-        states.append(readings.measured())
-        drawn.ask()
-        for _ in instants:
+            raise _no_frame(recording.path)
+        drawn = dict(zip(cameras, cameras_of(served, cameras), strict=True))
+        yield _Repetition(recording.path, served, instants, int(hz), drawn)
+
+
+@dataclass(frozen=True)
+class _Repetition:
+    """A run that stands at the begin of its first frame."""
+
+    path: Path
+    served: DrawnNode
+    instants: Iterator[DrawnNode]
+    hz: int
+    cameras: Mapping[str, PictureCamera]
+
+    @property
+    def sentence(self) -> str:
+        """Task of the trial in words; empty if there is none."""
+        task = self.served.trial.task if isinstance(self.served, Cell) else None
+        return "" if task is None else task.sentence
+
+    def episode(self, on_pictures: Callable[[Pictures], None] = lambda _pictures: None) -> Episode:
+        """Repeat the rest, and return the episode of the run, without films.
+
+        Pictures are asked for at the begin of a frame, drawn while time goes on, and taken at its end. So a frame that
+        does not come about, after the last one, has no picture.
+        """
+        begin = seconds(self.served.simulation.now)
+        readings = readings_of(self.served, self.hz)
+        judge = Outcomes(self.served) if isinstance(self.served, Cell) else None
+        states, actions, outcomes = [readings.measured()], list[list[float]](), list[FrameOutcome]()
+        asked = ask_pictures(self.cameras.values())
+        for _ in self.instants:
             actions.append(readings.executed())
-            drawn.take()
+            on_pictures({name: _colour(each) for name, each in zip(self.cameras, asked(), strict=True)})
             if judge is not None:
                 outcomes.append(judge.read())
                 if outcomes[-1].is_over:
                     break
             states.append(readings.measured())
-            drawn.ask()
+            asked = ask_pictures(self.cameras.values())
         if not actions:
-            raise _no_frame(path)
-        films = drawn.finish()
-    columns = (
-        Column("observation.state", np.array(states[: len(actions)], np.float32), readings.names),
-        Column("action", np.array(actions, np.float32), readings.names),
-        *outcome_columns(len(actions), outcomes),
-    )
-    is_success = bool(outcomes) and outcomes[-1].is_success
-    return Episode(path.name, readings.robot, words, int(hz), columns, films, is_success)
+            raise _no_frame(self.path)
+        columns = (
+            Column("observation.state", np.array(states[: len(actions)], np.float32), readings.names, readings.units),
+            Column("action", np.array(actions, np.float32), readings.names, readings.units),
+            *outcome_columns(len(actions), outcomes),
+        )
+        return Episode(
+            source=self.path.name,
+            robot=readings.robot,
+            sentence=self.sentence,
+            rate=self.hz,
+            columns=columns,
+            films=(),
+            is_success=bool(outcomes) and outcomes[-1].is_success,
+            begin=begin,
+            sha256=sha256_of(self.path),
+        )
 
 
-class _Drawn:
-    """Pictures of the cameras at the begin of each frame: asked for then, drawn while time goes on, taken at its end.
-
-    So a frame that does not come about, after the last one, has no picture.
-    """
-
-    def __init__(
-        self, source: str, served: DrawnNode, names: tuple[str, ...], hz: int, on_pictures: Callable[[Pictures], None]
-    ) -> None:
-        self._cameras, self._names = cameras_of(served, names), names
-        self._on_pictures = on_pictures
-        self._asked: Callable[[], list[Picture]] = list
-        self._films: Films | None = None
-        if names:
-            if not is_installed("av"):
-                raise UsageError("cameras: videos need the package av; pip install 'cellwright[video]'")
-            from cellwright.recording.dataset.films import Films
-
-            self._films = Films(source, names, int(hz))
-
-    def ask(self) -> None:
-        """Ask for the pictures of now."""
-        if self._films is not None:
-            self._asked = ask_pictures(self._cameras)
-
-    def take(self) -> None:
-        """Wait for the pictures, and add them to the films."""
-        if self._films is None:
-            return
-        pictures: Pictures = {}
-        for name, picture in zip(self._names, self._asked(), strict=True):
-            assert picture.colour is not None  # the camera takes colours
-            pictures[name] = picture.colour
-        self._on_pictures(pictures)
-        self._films.add(pictures)
-
-    def finish(self) -> tuple[Film, ...]:
-        """Return the films."""
-        return () if self._films is None else self._films.finish()
-
-
-def _films_of(source: str, names: tuple[str, ...], rate: int) -> Films:
-    if not is_installed("av"):
-        raise UsageError("cameras: videos need the package av; pip install 'cellwright[video]'")
-    from cellwright.recording.dataset.films import Films
-
-    return Films(source, names, rate)
-
-
-def _sentence_of(served: DrawnNode) -> str:
-    task = served.trial.task if isinstance(served, Cell) else None
-    if task is None:
-        raise UsageError(f"sentence: {served.name} has no task that says one; give the task in words")
-    return task.sentence
+def _colour(picture: Picture) -> NDArray[np.uint8]:
+    assert picture.colour is not None  # the camera takes colours
+    return picture.colour
 
 
 def _no_frame(path: Path) -> RecordingError:

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.config.layout.arms import HOLDERS
-from cellwright.config.ur10 import GRIPPER, UR10
-from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.recording.dataset.episode import Episode
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
 from cellwright.recording.format.reader import RecordingFile, recorded_frames
 from cellwright.recording.plots.tracks import Span
+from cellwright.recording.replay.bodies import held_parts, speeds
 from cellwright.recording.replay.distances import BodyDistances, Clearance, Contact
 from cellwright.recording.replay.signals import Signals
 from cellwright.rendering.scene import Scene, SceneFrame
@@ -165,6 +165,26 @@ class Recording:
         except (TypeError, ValueError) as error:
             raise RecordingError(f"{topic}: fields must be numeric and of constant length: {error}") from None
 
+    def dataset(self, hz: int, pictures: Sequence[str] = ()) -> Episode:
+        """Return the run as arrays at one rate: what was measured, what was executed, and what that came to.
+
+        The run is repeated once from its commands, so all values are exact, and pictures are drawn afterwards. Columns
+        are those of `recorded_episode`, and `observation.images.NAME` of each camera, which takes height · width · 3
+        bytes of memory a frame. `time` of the episode is the time of messages and frames.
+
+        Args:
+            hz: frames in a second [Hz]; a frame must be whole ticks.
+            pictures: names of colour cameras.
+
+        Raises:
+            RecordingError: the recording is truncated or cannot be run again, or its run differs here.
+            UsageError: a frame would be no whole number of ticks, or a cell has no arm and no robot.
+            UnknownNameError: there is no such camera.
+        """
+        from cellwright.recording.dataset.recorded import recorded_arrays  # loads the cell
+
+        return recorded_arrays(self.recording, hz, pictures)
+
     @cached_property
     def scene(self) -> Scene:
         """The scene.
@@ -273,16 +293,8 @@ class Recording:
             RecordingError: the file is damaged.
         """
         spans = self.spans("gripper attached")
-        cup = next((name for name in self.scene.bodies if name.rpartition("/")[2] in HOLDERS.values()), GRIPPER)
-        prefix = cup[: cup.rfind("/") + 1]
-        arm = {name for name in self.scene.bodies if prefix and name.startswith(prefix)} or UR10.links
-        others = [name for name in self._distances.names if name not in arm and name in self.scene.bodies]
-        found = []
-        for span in spans:
-            frame = next(self.frames(start=span.begin), None)
-            nearest = frame and self._distances.clearance([frame], [cup], others)
-            found.append(Span(span.begin, span.end, nearest.other if nearest else ""))
-        return tuple(found)
+        begun = [(span, next(self.frames(start=span.begin), None)) for span in spans]
+        return held_parts(begun, self.scene, self._distances)
 
     def clearance(
         self, one: Bodies, other: Bodies | None = None, *, start: float | None = None, until: float | None = None
@@ -336,17 +348,7 @@ class Recording:
             UnknownNameError: the scene has no such body.
             RecordingError: the file is damaged.
         """
-        index = self._index(body)
-        found = [
-            (frame.time, *frame.poses[index, :3].tolist(), frame.shown[index])
-            for frame in self.frames(start=start, until=until)
-        ]
-        rows = np.array(found, np.float64).reshape(-1, 5)
-        times, steps = rows[:, 0] / NANOSECONDS, np.diff(rows[:, 1:4], axis=0)
-        # Only between two frames that both show the body: one that comes into play has not moved there.
-        known = (np.diff(times) > 0) & (rows[1:, 4] > 0) & (rows[:-1, 4] > 0)
-        speeds = np.linalg.norm(steps[known], axis=1) / np.diff(times)[known]
-        return times[1:][known], speeds
+        return speeds(self.frames(start=start, until=until), self._index(body))
 
     @cached_property
     def _signals(self) -> Signals:
@@ -382,13 +384,10 @@ class Recording:
 
 
 def open_recording(path: str | Path) -> Recording:
-    """Open a recording of a run for analysis: see `Recording`, with an example.
+    """Open a recording of a run for analysis, in a `with` or until it is closed; see `Recording`, with an example.
 
     Args:
         path: an `.mcap` file that `--record` wrote.
-
-    Returns:
-        The open recording; close it, or use it in a `with`.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import cellwright
-from cellwright.recording.replay.opened import Recording
+from cellwright.middleware.messages.conversions import joint_state
+from cellwright.recording.opened import Recording
 from cellwright.util.errors import RecordingError, UnknownNameError
 from tests.recording.replay.made import record, short_work
 
@@ -79,6 +80,25 @@ def test_frames_commands_and_events_are_yielded(run: Recording) -> None:
     assert all(len(frame.poses) == len(run.scene.bodies) for frame in run.frames())
     assert next(run.commands()).name == "/ariac/start_competition"
     assert list(run.events()) == []
+
+
+def test_dataset_has_what_is_measured_at_the_times_of_messages(tmp_path: Path) -> None:
+    """Frames are instants of the run; joint states of a cell have noise."""
+    with cellwright.Session("tandem", record=tmp_path / "run.mcap") as session:
+        client = session.client("/operator")
+        client.sleep(0.1)
+        client.publish("/io_teleop/joint_cmd", joint_state(["lift"], [0.2]))
+        client.sleep(0.4)
+    with cellwright.open_recording(tmp_path / "run.mcap") as run:
+        data = run.dataset(20)
+        time, position = run.arrays("/io_teleop/joint_states", "position")
+        lift = next(run.messages("/io_teleop/joint_states")).message.name.index("lift")
+    assert data.time.tolist() == pytest.approx(np.arange(10) / 20)
+    state = data.column("observation.state")
+    assert (state.names[0], state.units[0]) == ("lift", "m")
+    assert np.ptp(state.values[:, 0]) > 0.01
+    expected = np.interp(data.time[1:], time, position[:, lift])
+    assert state.values[1:, 0] == pytest.approx(expected, abs=1e-4)
 
 
 @pytest.mark.parametrize(
