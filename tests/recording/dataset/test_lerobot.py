@@ -77,6 +77,10 @@ def test_episodes_say_where_their_frames_are(good: Path) -> None:
         (0, 12, 12),
         (12, 21, 9),
     ]
+    assert [(row["recording/name"], row["recording/sha256"]) for row in rows] == [
+        ("run0.mcap", "0" * 64),
+        ("run1.mcap", "1" * 64),
+    ]
     times = [tuple(row[f"videos/observation.images.side/{side}_timestamp"] for side in ("from", "to")) for row in rows]
     assert times == [(0.0, 0.6), (0.6, 1.05)]
 

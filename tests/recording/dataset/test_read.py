@@ -10,6 +10,7 @@ from cellwright.util.errors import UnknownNameError, UsageError
 from tests.recording.dataset.sets import (
     CAMERAS,
     DATA,
+    EPISODES,
     LENGTHS,
     SENTENCES,
     change_info,
@@ -37,6 +38,13 @@ def test_rows_and_sentences_are_those_that_were_written(good: Path) -> None:
         assert columns["frame_index"].tolist() == [*range(LENGTHS[number])]
         for column in made(number).columns:
             np.testing.assert_array_equal(columns[column.name], column.values)
+
+
+def test_recording_of_an_episode_is_named_where_the_set_names_it(good: Path, tmp_path: Path) -> None:
+    assert [DataSet(good).recording(number) for number in (0, 1)] == [("run0.mcap", "0" * 64), ("run1.mcap", "1" * 64)]
+    folder = copied(good, tmp_path / "of-another-program")
+    change_table(folder / EPISODES, lambda table: table.drop_columns(["recording/name", "recording/sha256"]))
+    assert DataSet(folder).recording(0) == ("", "")
 
 
 @pytest.mark.parametrize(("feature", "camera"), [(TOP, "top"), (SIDE, "side")])

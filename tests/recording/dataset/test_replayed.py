@@ -1,5 +1,6 @@
 """Tests of replayed actions: those of a success succeed, others do not, and recordings must be those of the set."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -51,18 +52,38 @@ def test_actions_that_do_not_succeed_are_seen(good: Path, recordings: list[Path]
     assert found == [(True, False), (False, False)]
 
 
-def test_recordings_of_other_episodes_are_refused(good: Path, recordings: list[Path], tmp_path: Path) -> None:
-    with pytest.raises(
-        UsageError, match=r"good: has 2 episodes \(got 1 recordings\); give that of each, in their order"
-    ):
-        list(replay_actions(good, recordings[:1]))
+def test_recordings_are_found_in_any_order_and_under_any_name(
+    good: Path, recordings: list[Path], tmp_path: Path
+) -> None:
+    renamed = shutil.copy(recordings[0], tmp_path / "other.mcap")
+    assert [*replay_actions(good, [recordings[1], renamed])] == [
+        ReplayedEpisode(0, "other.mcap", True, True),
+        ReplayedEpisode(1, "short.mcap", False, False),
+    ]
+
+
+def test_recording_of_no_episode_is_refused_by_its_name(good: Path, recordings: list[Path], tmp_path: Path) -> None:
+    other = steered(tmp_path / "short.mcap", actions_around(np.zeros(8, np.float32), 2), 2 / RATE)
+    with pytest.raises(UsageError, match=r"/short\.mcap: is the recording of no episode of .*good \(got SHA-256 "):
+        next(replay_actions(good, [*recordings, other]))
+
+
+def test_recording_that_is_missing_is_named(good: Path, recordings: list[Path]) -> None:
+    with pytest.raises(UsageError, match=r"good: the recording of episode 1 is missing \(it is short\.mcap, SHA-256 "):
+        next(replay_actions(good, recordings[:1]))
+
+
+def test_run_that_begins_otherwise_here_is_refused(good: Path, recordings: list[Path], tmp_path: Path) -> None:
     other = copied(good, tmp_path / "other")
     change_table(other / DATA, changed("observation.state", 0, 0.5))
-    with pytest.raises(
-        UsageError, match=r"kitter\.mcap: does not begin as episode 0 of .*; give the recordings in their"
-    ):
-        list(replay_actions(other, recordings))
-    with Session("tandem", record=tmp_path / "robot.mcap", options=RunOptions(until=0.1)) as session:
+    with pytest.raises(UsageError, match=r"kitter\.mcap: its run begins otherwise here than in episode 0 of .*other; "):
+        next(replay_actions(other, recordings))
+
+
+def test_set_of_a_robot_is_refused(tmp_path: Path) -> None:
+    path, folder = tmp_path / "robot.mcap", tmp_path / "set"
+    with Session("tandem", record=path, options=RunOptions(until=0.1)) as session:
         session.client("/operator").sleep(0.1)
-    with pytest.raises(UsageError, match=r"robot\.mcap: is of a robot's node; replay sets of cells alone"):
-        list(replay_actions(good, [tmp_path / "robot.mcap", recordings[1]]))
+    export_recordings([path], folder, sentence="Lift it.")
+    with pytest.raises(UsageError, match=r"set: next\.success: column is missing; replay sets of cells alone"):
+        next(replay_actions(folder, [path]))

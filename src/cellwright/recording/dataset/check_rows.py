@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from cellwright.recording.dataset.described import Description, Feature
-from cellwright.recording.dataset.layout import DATA_PATH, TASKS, VIDEO_COLUMNS
+from cellwright.recording.dataset.layout import DATA_PATH, RECORDING_COLUMNS, TASKS, VIDEO_COLUMNS
 
 _TIME_TOLERANCE = 1e-4  # [s], that of LeRobot's readers
 _EPISODE_COLUMNS = (
@@ -175,7 +175,7 @@ def _check_episodes(described: Description, rows: Rows, sentences: list[str], pr
         problems += [f"{path}: {name}: column is missing" for name in missing]
         if missing:
             return
-        wanted = [name for name in (*needed, "tasks") if name in table.column_names]
+        wanted = [name for name in (*needed, "tasks", *RECORDING_COLUMNS) if name in table.column_names]
         found += [(path, row) for row in table.select(wanted).to_pylist()]
     for path, row in found:
         if wrong := [name for name in needed if not _is_number(row[name], is_time=name.endswith("timestamp"))]:

@@ -23,6 +23,9 @@ FRAME_COLUMNS = {
 VIDEO_COLUMNS = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
 """Columns of the table of episodes for each feature with videos, behind `videos/` and its name."""
 
+RECORDING_COLUMNS = ("recording/name", "recording/sha256")
+"""Columns of the table of episodes that say of which recording each is; readers of others take no notice of them."""
+
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 STATISTICS = ("min", "max", "mean", "std", "count", *QUANTILES)
 

@@ -21,6 +21,7 @@ from cellwright.recording.dataset.layout import (
     INFO,
     MAX_DATA_MB,
     MAX_VIDEO_MB,
+    RECORDING_COLUMNS,
     STATS,
     VERSION,
     VIDEO_PATH,
@@ -110,6 +111,7 @@ class _Set:
         columns = self._columns(episode, count)
         statistics = {name: column_statistics(values) for name, values in columns.items()}
         row: dict[str, Any] = {"episode_index": len(self.rows), "tasks": [episode.sentence], "length": count}
+        row |= zip(RECORDING_COLUMNS, (episode.source, episode.sha256), strict=True)
         row |= self._data.append(columns)
         row |= {"dataset_from_index": self.frames, "dataset_to_index": self.frames + count}
         for film in episode.films:

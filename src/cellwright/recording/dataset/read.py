@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cellwright.recording.dataset.check_rows import check_rows
 from cellwright.recording.dataset.described import read_description
-from cellwright.recording.dataset.layout import VIDEO_COLUMNS, VIDEO_PATH
+from cellwright.recording.dataset.layout import RECORDING_COLUMNS, VIDEO_COLUMNS, VIDEO_PATH
 from cellwright.util.errors import UnknownNameError, UsageError
 
 _TOLERANCE = Fraction(1, 10_000)  # [s], that of LeRobot's readers
@@ -63,6 +63,11 @@ class DataSet:
     def sentence(self, episode: int) -> str:
         """Return the task of an episode in words."""
         return str(self._rows[episode]["tasks"][0])
+
+    def recording(self, episode: int) -> tuple[str, str]:
+        """Return the name and the SHA-256 of the recording of an episode; both are empty where the set has none."""
+        name, digest = (self._rows[episode].get(each) or "" for each in RECORDING_COLUMNS)
+        return str(name), str(digest)
 
     def pictures(self, episode: int, feature: str) -> Iterator[NDArray[np.uint8]]:
         """Yield the picture of each frame of an episode, (height, width, 3), found by its time.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.trial import Trial
 from cellwright.envs.cell_env import CellEnv
+from cellwright.recording.dataset.digest import sha256_of
 from cellwright.recording.dataset.read import DataSet
 from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.rebuild import rebuild
@@ -48,10 +49,10 @@ def replay_actions(folder: str | Path, recordings: Sequence[str | Path]) -> Iter
 
     Args:
         folder: of the data set.
-        recordings: recordings of its episodes, in their order, of cells with a task.
+        recordings: the recording of each of its episodes, of cells with a task; in any order, under any name.
 
     Raises:
-        UsageError: the set has a fault, or a recording is not that of its episode or has no task.
+        UsageError: the set has a fault, a recording is of no episode or has no task, or that of an episode is missing.
         RecordingError: a recording cannot be run again.
 
     Example:
@@ -60,11 +61,7 @@ def replay_actions(folder: str | Path, recordings: Sequence[str | Path]) -> Iter
         cellwright.util.errors.UsageError: no-such-set/meta/info.json: cannot be read: No such file or directory; ...
     """
     data = DataSet(folder)
-    if len(data) != len(recordings):
-        raise UsageError(
-            f"{folder}: has {len(data)} episodes (got {len(recordings)} recordings); give that of each, in their order"
-        )
-    for number, path in enumerate(map(Path, recordings)):
+    for number, path in enumerate(_in_order(data, [Path(each) for each in recordings])):
         columns = data.columns(number)
         if missing := [name for name in _NEEDED if name not in columns]:
             raise UsageError(f"{folder}: {missing[0]}: column is missing; replay sets of cells alone")
@@ -72,12 +69,30 @@ def replay_actions(folder: str | Path, recordings: Sequence[str | Path]) -> Iter
         with closing(CellEnv(trial, rate=data.rate, privileged=False)) as env:
             observation, _ = env.reset(seed=seed, options={"variation": False})
             if observation["agent_pos"].tolist() != columns["observation.state"][0].tolist():
-                raise UsageError(
-                    f"{path}: does not begin as episode {number} of {folder}; give the recordings in their order"
-                )
-            yield ReplayedEpisode(
-                number, path.name, bool(columns["next.success"][-1]), _succeeds(env, columns["action"])
-            )
+                text = f"its run begins otherwise here than in episode {number} of {folder}"
+                raise UsageError(f"{path}: {text}; replay with the versions that exported it")
+            was_success = bool(columns["next.success"][-1])
+            yield ReplayedEpisode(number, path.name, was_success, _succeeds(env, columns["action"]))
+
+
+def _in_order(data: DataSet, recordings: Sequence[Path]) -> list[Path]:
+    """Return the recording of each episode."""
+    wanted = [data.recording(number) for number in range(len(data))]
+    given = {_digest(path): path for path in recordings}
+    for digest, path in given.items():
+        if digest not in (each for _, each in wanted):
+            text = f"is the recording of no episode of {data.folder} (got SHA-256 {digest:.12}…)"
+            raise UsageError(f"{path}: {text}; leave it out, or export it too")
+    for number, (name, digest) in enumerate(wanted):
+        if digest not in given:
+            text = f"the recording of episode {number} is missing (it is {name}, SHA-256 {digest:.12}…)"
+            raise UsageError(f"{data.folder}: {text}; give that of each episode")
+    return [given[digest] for _, digest in wanted]
+
+
+def _digest(path: Path) -> str:
+    with RecordingFile(path):  # another file is refused as what it is
+        return sha256_of(path)
 
 
 def _start_of(path: Path) -> tuple[Trial, int]:
