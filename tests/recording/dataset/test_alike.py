@@ -58,6 +58,11 @@ def test_column_that_no_set_takes_is_refused(column: Column, text: str) -> None:
     assert str(caught.value).startswith(f"run0.mcap: {text}")
 
 
+def test_episode_without_its_task_in_words_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"^run0\.mcap: sentence: is empty; give the task in words$"):
+        require_valid(made(sentence=""))
+
+
 @pytest.mark.parametrize("columns", [(), (Column("a", np.zeros(0, np.float32), ()),)], ids=["none", "empty"])
 def test_episode_without_frames_is_refused(columns: tuple[Column, ...]) -> None:
     with pytest.raises(UsageError, match=r"run0.mcap: has no frame; leave it out"):

@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.recording.dataset import kept
 from cellwright.recording.dataset.episode import FACTS, Episode
-from cellwright.recording.dataset.kept import KeptEpisodes
+from cellwright.recording.dataset.kept import kept_episode
 from tests.recording.dataset.sets import CAMERAS, made
 
 SETTINGS = {"hz": 20, "cameras": [*CAMERAS]}
@@ -35,8 +35,8 @@ def recording_of(tmp_path: Path) -> Path:
 
 def test_kept_episode_is_the_one_that_was_made(tmp_path: Path, recording: Path) -> None:
     make = Maker()
-    first = KeptEpisodes(tmp_path / "kept").episode(recording, SETTINGS, make)
-    again = KeptEpisodes(tmp_path / "kept").episode(recording, SETTINGS, make)
+    first = kept_episode(tmp_path / "kept", recording, SETTINGS, make)
+    again = kept_episode(tmp_path / "kept", recording, SETTINGS, make)
     assert make.calls == 1
     expected = made(0, CAMERAS)
     assert [getattr(again, name) for name in FACTS] == [getattr(expected, name) for name in FACTS]
@@ -73,19 +73,19 @@ def other_version(_recording: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str
 def test_episode_is_made_again_where_anything_differs(
     change: Any, tmp_path: Path, recording: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    make, episodes = Maker(), KeptEpisodes(tmp_path / "kept")
-    episodes.episode(recording, SETTINGS, make)
-    episodes.episode(recording, change(recording, monkeypatch), make)
+    make, folder = Maker(), tmp_path / "kept"
+    kept_episode(folder, recording, SETTINGS, make)
+    kept_episode(folder, recording, change(recording, monkeypatch), make)
     assert make.calls == 2
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", None], ids=["empty", "foreign", "cut"])
 def test_damaged_file_is_made_again(content: bytes | None, tmp_path: Path, recording: Path) -> None:
-    make, episodes = Maker(), KeptEpisodes(tmp_path / "kept")
-    episodes.episode(recording, SETTINGS, make)
+    make, folder = Maker(), tmp_path / "kept"
+    kept_episode(folder, recording, SETTINGS, make)
     [file] = (tmp_path / "kept").iterdir()
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2] if content is None else content)
-    episodes.episode(recording, SETTINGS, make)
+    kept_episode(folder, recording, SETTINGS, make)
     assert make.calls == 2
     assert file.read_bytes() == whole

@@ -79,7 +79,8 @@ def test_pictures_are_those_of_an_environment(path: Path) -> None:
     with RecordingFile(path) as recording:
         drawn = recorded_arrays(recording, RATE, [CAMERA]).column(f"observation.images.{CAMERA}").values
     expected, films = observed(CAMERA)[:-1], Films("run.mcap", [CAMERA], RATE)
-    assert (len(drawn), drawn.dtype) == (FRAMES, np.uint8)
+    assert len(drawn) == FRAMES
+    assert drawn.dtype == np.uint8
     for picture, each in zip(drawn, expected, strict=True):
         assert np.array_equal(picture, each["pixels"][CAMERA])
         films.add(each["pixels"])

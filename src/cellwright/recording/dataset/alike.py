@@ -1,10 +1,10 @@
 """Requirements on the episodes of one data set: each is valid, and all have the same form."""
 
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 
-from cellwright.recording.dataset.episode import Column, Episode, Film
+from cellwright.recording.dataset.episode import Column, Episode
 from cellwright.recording.dataset.layout import FRAME_COLUMNS, picture_key
 from cellwright.util.errors import UsageError
 
@@ -15,8 +15,8 @@ def require_valid(episode: Episode) -> None:
     """Require of an episode what a data set takes.
 
     Raises:
-        UsageError: it has no frames, or columns or films of different lengths; a value is not finite; a type is neither
-            float32 nor bool; a name is none for a set. The text names the recording.
+        UsageError: it has no frames or no sentence, or columns or films of different lengths; a value is not finite; a
+            type is neither float32 nor bool; a name is none for a set. The text names the recording.
     """
     names = [*(column.name for column in episode.columns), *map(picture_key, episode.cameras)]
     for name in names:
@@ -24,15 +24,16 @@ def require_valid(episode: Episode) -> None:
             raise UsageError(f"{episode.source}: {name}: a name in a data set has no slash; name it otherwise")
         if name in FRAME_COLUMNS or names.count(name) > 1:
             raise UsageError(f"{episode.source}: {name}: the data set has a column of this name; name it otherwise")
-    if not episode.columns or not len(episode.columns[0].values):
+    if not episode.frames:
         raise UsageError(f"{episode.source}: has no frame; leave it out")
+    if not episode.sentence:
+        raise UsageError(f"{episode.source}: sentence: is empty; give the task in words")
     for column in episode.columns:
-        if wrong := _wrong(column, len(episode.columns[0].values)):
+        if wrong := _wrong(column, episode.frames):
             raise UsageError(f"{episode.source}: {column.name}: {wrong}")
-    frames = len(episode.columns[0].values)
     for film in episode.films:
-        if film.frames != frames:
-            text = f"one picture per frame (got {film.frames} for {frames})"
+        if film.frames != episode.frames:
+            text = f"one picture per frame (got {film.frames} for {episode.frames})"
             raise UsageError(f"{episode.source}: camera {film.camera}: {text}")
 
 
@@ -42,20 +43,9 @@ def require_alike(episode: Episode, first: Episode) -> None:
     Raises:
         UsageError: something differs; the text names both recordings and what differs.
     """
-    pairs: list[tuple[str, Any, Any]] = [
-        ("robot", episode.robot, first.robot),
-        ("rate", f"{episode.rate} Hz", f"{first.rate} Hz"),
-        ("cameras", _listed(episode.cameras), _listed(first.cameras)),
-        ("columns", _listed(each.name for each in episode.columns), _listed(each.name for each in first.columns)),
-    ]
-    if pairs[-1][1] == pairs[-1][2]:
-        both = zip(episode.columns, first.columns, strict=True)
-        pairs += [(f"column {one.name}", _form(one), _form(other)) for one, other in both]
-    if episode.cameras == first.cameras:
-        films = zip(episode.films, first.films, strict=True)
-        pairs += [(f"camera {one.camera}", _size(one), _size(other)) for one, other in films]
-    for name, value, expected in pairs:
-        if value != expected:
+    form = _form(first)
+    for name, value in _form(episode).items():
+        if value != (expected := form[name]):  # the names of columns and cameras are equal by then
             text = f"{name}: other than in {first.source}, {expected} (got {value})"
             raise UsageError(f"{episode.source}: {text}; put it into a data set of its own")
 
@@ -75,13 +65,17 @@ def _wrong(column: Column, frames: int) -> str:
     return ""
 
 
-def _form(column: Column) -> str:
-    return f"{column.values.dtype} {_listed(column.names)}"
+def _form(episode: Episode) -> dict[str, str]:
+    """Return what all episodes of a set have in common, in words, by its name."""
+    return {
+        "robot": episode.robot,
+        "rate": f"{episode.rate} Hz",
+        "cameras": _listed(episode.cameras),
+        "columns": _listed(column.name for column in episode.columns),
+        **{f"column {each.name}": f"{each.values.dtype} {_listed(each.names)}" for each in episode.columns},
+        **{f"camera {each.camera}": f"{each.width} x {each.height} pixels" for each in episode.films},
+    }
 
 
-def _size(film: Film) -> str:
-    return f"{film.width} x {film.height} pixels"
-
-
-def _listed(names: Any) -> str:
+def _listed(names: Iterable[str]) -> str:
     return ", ".join(names) or "none"

@@ -101,7 +101,7 @@ def bag_episode(path: str | Path, hz: int = 20, cameras: Sequence[str] = (), *, 
         states = _series(path, reader, topics, interface.states)
         actions = _series(path, reader, topics, interface.actions)
         pictures = BagPictures(path, reader, cameras)
-        begin = max(states.complete_at([]), actions.complete_at([states.first]), pictures.begin)
+        begin = max(states.complete_at({}), actions.complete_at(states.first), pictures.begin)
         # a command stays in force after its message, a state and a picture do not
         end = min(states.messages[-1][0], pictures.end)
         count = (end - begin) * int(hz) // _NANOSECONDS
@@ -154,11 +154,9 @@ class _Series:
     def names(self) -> tuple[str, ...]:
         return tuple(self.first)
 
-    def complete_at(self, others: Sequence[Mapping[str, int]]) -> int:
-        """Return the first time at which all names have a value, here or in others."""
-        return max(
-            min([time, *(other[name] for other in others if name in other)]) for name, time in self.first.items()
-        )
+    def complete_at(self, others: Mapping[str, int]) -> int:
+        """Return the first time at which all names have a value, here or by the first times of others."""
+        return max(min(time, others.get(name, time)) for name, time in self.first.items())
 
     def at(self, instants: Sequence[int], others: Sequence[Values]) -> list[Values]:
         """Return the newest values at each instant; where there is none, that of `others` at the same instant."""

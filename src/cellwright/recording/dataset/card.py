@@ -52,7 +52,7 @@ def card(episodes: Sequence[Episode]) -> str:
         rate=first.rate,
         episodes=len(episodes),
         successes=sum(each.is_success for each in episodes),
-        frames=sum(len(each.columns[0].values) for each in episodes),
+        frames=sum(each.frames for each in episodes),
         columns=", ".join(f"`{column.name}`" for column in first.columns),
         cameras=", ".join(f"`{camera}`" for camera in first.cameras) or "none",
     )
@@ -63,7 +63,7 @@ def card(episodes: Sequence[Episode]) -> str:
 def _row(number: int, episode: Episode) -> str:
     success = "yes" if episode.is_success else "no"
     texts = f"{_cell(episode.source)} | {_cell(episode.sentence)}"
-    return f"| {number} | {len(episode.columns[0].values)} | {success} | {texts} |\n"
+    return f"| {number} | {episode.frames} | {success} | {texts} |\n"
 
 
 def _cell(text: str) -> str:

@@ -1,6 +1,5 @@
 """Check of a LeRobotDataset v3.0, for the faults that LeRobot reads without a word as well as those that it refuses."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from cellwright.recording.dataset.check_rows import check_rows
 from cellwright.recording.dataset.check_videos import check_videos
-from cellwright.recording.dataset.described import Description, read_description
+from cellwright.recording.dataset.described import Description, read_description, read_mapping
 from cellwright.recording.dataset.layout import STATISTICS, STATS
 
 _TOLERANCE = 1e-4  # relative: LeRobot's own writer sums float32
@@ -41,15 +40,13 @@ def check_lerobot(folder: str | Path) -> list[str]:
 def _check_statistics(described: Description, columns: dict[str, NDArray[Any]], problems: list[str]) -> None:
     """Append what is wrong with the statistics of a set; those of columns are compared with their values."""
     path = described.folder / STATS
-    try:
-        statistics = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        problems.append(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}")
+    statistics = read_mapping(path, problems)
+    if statistics is None:
         return
     for name, feature in {**described.columns, **described.videos}.items():
         if feature.dtype == "string":
             continue
-        given = statistics.get(name) if isinstance(statistics, dict) else None
+        given = statistics.get(name)
         if not isinstance(given, dict):
             problems.append(f"{path}: {name}: is missing")
             continue

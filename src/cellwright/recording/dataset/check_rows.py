@@ -12,7 +12,7 @@ import pyarrow
 from numpy.typing import NDArray
 from pyarrow import parquet
 
-from cellwright.recording.dataset.described import Description, Feature
+from cellwright.recording.dataset.described import Description, Feature, unreadable
 from cellwright.recording.dataset.layout import DATA_PATH, RECORDING_COLUMNS, TASKS, VIDEO_COLUMNS
 
 _TIME_TOLERANCE = 1e-4  # [s], that of LeRobot's readers
@@ -232,7 +232,7 @@ def _read(path: Path, problems: list[str]) -> Any:
     try:
         table = parquet.ParquetFile(path).read()
     except (OSError, ValueError, NotImplementedError) as error:
-        problems.append(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}")
+        problems.append(f"{path}: {unreadable(error)}")
         return None
     if len({*table.column_names}) < table.num_columns:
         problems.append(f"{path}: a column stands there once (got {', '.join(table.column_names)})")

@@ -6,7 +6,7 @@ from typing import Any
 
 import av
 
-from cellwright.recording.dataset.described import Description, Feature
+from cellwright.recording.dataset.described import Description, Feature, unreadable
 from cellwright.recording.dataset.layout import VIDEO_COLUMNS, VIDEO_PATH
 
 _TOLERANCE = 1e-4  # [s], that of LeRobot's readers
@@ -50,7 +50,7 @@ def _wrong(path: Path, count: int, feature: Feature, rate: int) -> list[str]:
             file.seek(0)
             first = next(file.decode(stream), None)
     except (av.FFmpegError, OSError, ValueError) as error:
-        return [f"cannot be read: {getattr(error, 'strerror', None) or error}"]
+        return [unreadable(error)]
     found = []
     if size != feature.shape[:2]:
         expected = f"{feature.shape[1]} x {feature.shape[0]}"

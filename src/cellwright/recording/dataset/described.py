@@ -52,13 +52,8 @@ class Description:
 def read_description(folder: Path, problems: list[str]) -> Description | None:
     """Read the description of a set, and append what is wrong with it; None if the set cannot be judged by it."""
     path = folder / INFO
-    try:
-        info = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        problems.append(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}")
-        return None
-    if not isinstance(info, dict):
-        problems.append(f"{path}: is not a mapping (got {type(info).__name__})")
+    info = read_mapping(path, problems)
+    if info is None:
         return None
     before = len(problems)
     problems += [f"{path}: {text}" for text in _wrong_values(info)]
@@ -79,6 +74,24 @@ def read_description(folder: Path, problems: list[str]) -> Description | None:
         frames=info["total_frames"],
         tasks=info["total_tasks"],
     )
+
+
+def read_mapping(path: Path, problems: list[str]) -> dict[str, Any] | None:
+    """Return the mapping in a JSON file; None, with a problem, if there is none."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        problems.append(f"{path}: {unreadable(error)}")
+        return None
+    if isinstance(found, dict):
+        return found
+    problems.append(f"{path}: is not a mapping (got {type(found).__name__})")
+    return None
+
+
+def unreadable(error: Exception) -> str:
+    """Return why a file of a set cannot be read."""
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 
 def _wrong_values(info: dict[str, Any]) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from cellwright.clients.operators.bags import is_bag, opened_bag
 from cellwright.recording.dataset.bagged import bag_episode
 from cellwright.recording.dataset.episode import Episode
-from cellwright.recording.dataset.kept import KeptEpisodes
+from cellwright.recording.dataset.kept import kept_episode
 from cellwright.recording.dataset.lerobot import write_lerobot
 from cellwright.recording.dataset.recorded import recorded_episode
 from cellwright.recording.format.reader import RecordingFile
@@ -57,14 +57,13 @@ def export_recordings(
     folder, paths = Path(folder), [Path(each) for each in recordings]
     bags = {path for path in paths if _is_foreign(path)}  # a file that is none is refused before the first run
     unfinished = unfinished_folder(folder)
-    kept = KeptEpisodes(unfinished / "episodes")
     settings = {"hz": hz, "cameras": [*cameras], "sentence": sentence}
 
     def episodes() -> Iterator[Episode]:
         for path in paths:
             maker = bag_episode if path in bags else recorded_episode
             make = partial(maker, path, hz, cameras, sentence=sentence)
-            yield kept.episode(path, settings, make)
+            yield kept_episode(unfinished / "episodes", path, settings, make)
 
     try:
         write_lerobot(folder, episodes(), on_progress, beside=unfinished)

@@ -21,46 +21,37 @@ _PACKAGES = ("numpy", "av", "mujoco-core")  # another version may give other byt
 _HEAD = "head"
 
 
-class KeptEpisodes:
-    """Folder of finished episodes, each in a file named after all that it depends on.
+def kept_episode(folder: Path, recording: Path, settings: dict[str, Any], make: Callable[[], Episode]) -> Episode:
+    """Return the episode of a recording: as it was kept, or else made, and kept under a name of all it depends on.
 
     Args:
-        folder: the folder, of the user's own; it is created for the first episode.
+        folder: folder of the kept episodes, of the user's own; it is created for the first one.
+        recording: the file, or the folder of a bag; its name and its bytes count.
+        settings: options that the episode depends on, as JSON values.
+        make: makes the episode.
+
+    Raises:
+        OSError: the recording cannot be read, or the episode cannot be kept.
 
     Example:
         >>> from tempfile import TemporaryDirectory
         >>> done = Column("next.done", np.array([False, True]), ())
-        >>> with TemporaryDirectory() as folder:
-        ...     size = (Path(folder) / "run.mcap").write_bytes(b"its bytes")
-        ...     kept = KeptEpisodes(Path(folder) / "kept")
-        ...     make = lambda: Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
-        ...     made = kept.episode(Path(folder) / "run.mcap", {"hz": 20}, make)
-        ...     again = kept.episode(Path(folder) / "run.mcap", {"hz": 20}, lambda: None)  # it is not made again
+        >>> make = lambda: Episode("run.mcap", "cellwright_ur10", "Pick.", 20, (done,), (), True)
+        >>> with TemporaryDirectory() as name:
+        ...     folder, recording = Path(name) / "kept", Path(name) / "run.mcap"
+        ...     size = recording.write_bytes(b"its bytes")
+        ...     made = kept_episode(folder, recording, {"hz": 20}, make)
+        ...     again = kept_episode(folder, recording, {"hz": 20}, lambda: None)  # it is not made again
         >>> again.robot, again.columns[0].values.tolist()
         ('cellwright_ur10', [False, True])
     """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-
-    def episode(self, recording: Path, settings: dict[str, Any], make: Callable[[], Episode]) -> Episode:
-        """Return the episode of a recording: as it was kept, or else made and kept.
-
-        Args:
-            recording: the file, or the folder of a bag; its name and its bytes count.
-            settings: options that the episode depends on, as JSON values.
-            make: makes the episode.
-
-        Raises:
-            OSError: the recording cannot be read, or the episode cannot be kept.
-        """
-        path = self._folder / f"{_key(recording, settings)}.npz"
-        found = _read(path)
-        if found is None:
-            found = make()
-            self._folder.mkdir(parents=True, exist_ok=True)
-            _write(path, found)
-        return found
+    path = folder / f"{_key(recording, settings)}.npz"
+    found = _read(path)
+    if found is None:
+        found = make()
+        folder.mkdir(parents=True, exist_ok=True)
+        _write(path, found)
+    return found
 
 
 def _key(recording: Path, settings: dict[str, Any]) -> str:
@@ -101,8 +92,9 @@ def _read(path: Path) -> Episode | None:
                 for number, (name, names, units) in enumerate(head["columns"])
             )
             films = tuple(
-                Film(*form, arrays[f"video{number}"].tobytes(), PictureStatistics(arrays[f"counts{number}"], form[-1]))
-                for number, form in enumerate(head["films"])
+                Film(camera, width, height, frames, arrays[f"video{number}"].tobytes(), seen)
+                for number, (camera, width, height, frames) in enumerate(head["films"])
+                for seen in [PictureStatistics(arrays[f"counts{number}"], frames)]
             )
             return Episode(columns=columns, films=films, **head["facts"])
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):

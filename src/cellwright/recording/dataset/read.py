@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.recording.dataset.check_rows import check_rows
-from cellwright.recording.dataset.described import read_description
+from cellwright.recording.dataset.described import read_description, unreadable
 from cellwright.recording.dataset.layout import RECORDING_COLUMNS, VIDEO_COLUMNS, VIDEO_PATH
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -93,7 +93,7 @@ class DataSet:
                     if found == len(wanted):
                         return
         except (av.FFmpegError, OSError, ValueError) as error:
-            raise UsageError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+            raise UsageError(f"{path}: {unreadable(error)}") from None
         raise UsageError(
             f"{path}: has no picture at {float(wanted[found]):.4f} s, of frame {found} of episode {episode}"
         )
