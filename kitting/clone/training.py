@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from cellwright.running.evaluation.execution.process import usable_processors
 from kitting.clone.network import Array, Network, train
-from kitting.clone.samples import chunks_of, read_demonstration
+from kitting.clone.samples import Demonstration, chunks_of, read_demonstration
 
 STEPS: Final = 4000
 """Steps of training of a task."""
@@ -53,10 +57,7 @@ def train_clone(
         RecordingError: a recording cannot be run again.
         UsageError: none has succeeded.
     """
-    demonstrations = []
-    for number, path in enumerate(recordings):
-        on_progress(0.5 * number / len(recordings), f"demonstration {number + 1} of {len(recordings)}")
-        demonstrations.append(read_demonstration(path))
+    demonstrations = _read_all(recordings, on_progress)
     inputs, chunks = chunks_of(demonstrations)
     outputs = distances(inputs, chunks)
     network = Network.begin(inputs, outputs, seed)
@@ -70,6 +71,18 @@ def train_clone(
     )
     used = sum(each.is_success for each in demonstrations)
     return Trained(network, used, len(inputs), float(np.mean(errors[-100:])))
+
+
+def _read_all(recordings: Sequence[Path], on_progress: Callable[[float, str], None]) -> list[Demonstration]:
+    """Return the demonstrations, read on all processors: each run is repeated."""
+    workers = min(usable_processors(), len(recordings))
+    found = []
+    # Ctrl-C is for this process, which ends the others
+    with ProcessPoolExecutor(workers, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        for number, each in enumerate(pool.map(read_demonstration, recordings), 1):
+            found.append(each)
+            on_progress(0.5 * number / len(recordings), f"demonstration {number} of {len(recordings)}")
+    return found
 
 
 def distances(inputs: Array, chunks: Array) -> Array:
