@@ -58,6 +58,7 @@ def test_executed_targets_are_taken_before_commands_and_grippers_by_their_order(
     ]
     episode = bag_episode(bag(tmp_path, in_order(messages)), 10, sentence=SENTENCE)
     state, action = episode.columns[:2]
+    assert (episode.begin, len(episode.sha256)) == (10.0, 64)
     assert state.names == ("lift", "head", "gripper_right", "gripper_left")
     assert state.values[0].tolist() == [0.0, 0.5, 0.5, 0.0]
     assert action.names == ("lift", "head", "gripper_right")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from contextlib import closing
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,17 @@ def test_actions_of_the_kitter_succeed_in_an_environment(seed: int, tmp_path: Pa
             if info["is_success"]:
                 break
     assert info["is_success"]
+
+
+def test_arrays_need_no_task_and_keep_the_time_of_the_run(tmp_path: Path) -> None:
+    start, path = tmp_path / "later.checkpoint", tmp_path / "run.mcap"
+    cellwright.run_trial("lesson", None, options=RunOptions(until=0.1, checkpoints=[(Fraction(1, 10), start)]))
+    cellwright.run_trial("lesson", None, record=path, options=RunOptions(until=0.3, start=start))
+    with RecordingFile(path) as recording:
+        episode = recorded_arrays(recording, RATE, ())
+    assert (episode.sentence, episode.films) == ("", ())
+    assert episode.time.tolist() == pytest.approx([0.1, 0.15, 0.2, 0.25])
+    assert episode.column("next.reward").values.tolist() == [0.0] * 4
 
 
 class Waits:
