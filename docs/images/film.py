@@ -1,7 +1,7 @@
 """Makes the films of docs/images with their posters: a frame of each as a picture.
 
-To be run from the project's root, with the names of films or without. Without a GPU the lesson takes a few minutes. Those
-of the kitting benchmark need its trained clone: `python -m kitting demonstrate`, then `train`.
+To be run from the project's root, with the names of films or without. Without a GPU the lesson takes a few minutes.
+Those of the kitting benchmark need its trained clone: `python -m kitting demonstrate`, then `train`.
 """
 
 import subprocess
