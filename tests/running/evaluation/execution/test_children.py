@@ -50,7 +50,7 @@ class Detaches(Deliver):
 
 class Bombs(Deliver):
     def run(self, client):
-        detach(400)
+        detach(100)
         super().run(client)
 
 
