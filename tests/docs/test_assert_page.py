@@ -1,21 +1,19 @@
 """The page about assertions: its tests pass under pytest, and its program prints what it finds."""
 
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.docs.pages import Command, File, Program, missing, steps
 from tests.running.pytest_project import run_pytest
-from tests.support.waiting import TIMEOUT
+from tests.support.warm import WarmStart
 
 PAGE = Path(__file__).parents[2] / "docs" / "assert.md"
 
 
 @pytest.mark.slow
-def test_page_followed_prints_what_it_shows(tmp_path: Path) -> None:
+def test_page_followed_prints_what_it_shows(tmp_path: Path, warm: WarmStart) -> None:
     taken = steps(PAGE)
     assert [type(step) for step in taken] == [File, Command, File, Command, Program]
     for step in taken:
@@ -25,11 +23,9 @@ def test_page_followed_prints_what_it_shows(tmp_path: Path) -> None:
             case Command(line, output, status):
                 command, *arguments = shlex.split(line)
                 assert command == "pytest"
-                done = run_pytest(tmp_path, *arguments)
+                done = run_pytest(tmp_path, *arguments, is_fresh=True)
                 assert (done.returncode, missing(output, done.stdout)) == (status, None), done.stdout
             case Program(text):
-                ran = subprocess.run(
-                    [sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT
-                )
+                ran = warm.run(text, folder=tmp_path)
                 assert ran.returncode == 0, ran.stderr
                 assert "bin7|piston_rod_part_5: 2.60 to 5.70 s" in ran.stdout

@@ -181,5 +181,5 @@ def test_it():
     assert sorted(loaded) == ["cellwright._package", "cellwright.running", "cellwright.running.pytest_plugin"]
     assert "numpy" not in sys.modules
 """
-    done = run_pytest(project(tmp_path, text), "-q")
+    done = run_pytest(project(tmp_path, text), "-q", is_fresh=True)
     assert "1 passed" in done.stdout, done.stdout
