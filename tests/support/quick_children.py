@@ -101,8 +101,11 @@ def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fork workers of evaluations. Tests of a worker's leftovers, and of equal results, do not use this either."""
+def quick_workers(monkeypatch: pytest.MonkeyPatch, quick_drawing: None) -> None:
+    """Fork workers of evaluations, and the process that draws for their report.
+
+    Tests of a worker's leftovers, and of equal results, do not use this either.
+    """
 
     def start(environment: Mapping[str, str]) -> WarmStart:
         modules = ("cellwright.running.evaluation.execution.worker",)
