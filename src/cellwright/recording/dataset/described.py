@@ -98,15 +98,12 @@ def _wrong_values(info: dict[str, Any]) -> list[str]:
     found = []
     if info.get("codebase_version") != VERSION:
         found.append(f"codebase_version: must be {VERSION!r} (got {info.get('codebase_version')!r})")
-    if not _is_whole(info.get("fps"), 1):
-        found.append(f"fps: must be a whole number over 0 (got {info.get('fps')!r})")
     if not isinstance(info.get("features"), dict):
         found.append(f"features: must be a mapping (got {type(info.get('features')).__name__})")
-    counts = {name: info.get(name) for name in _COUNTS}
     found += [
-        f"{name}: must be a whole number over 0 (got {value!r})"
-        for name, value in counts.items()
-        if not _is_whole(value, 1)
+        f"{name}: must be a whole number over 0 (got {info.get(name)!r})"
+        for name in ("fps", *_COUNTS)
+        if not _is_whole(info.get(name))
     ]
     for name, expected in (("data_path", DATA_PATH), ("video_path", VIDEO_PATH)):
         if info.get(name) not in (None, expected):
@@ -123,7 +120,7 @@ def _wrong(name: str, feature: Any) -> list[str]:
         found.append("a name has no slash")
     if dtype not in _TYPES:
         found.append(f"dtype: unknown (got {dtype!r}){did_you_mean(str(dtype), _TYPES)}")
-    if not isinstance(shape, list) or not shape or not all(_is_whole(each, 1) for each in shape):
+    if not isinstance(shape, list) or not shape or not all(_is_whole(each) for each in shape):
         return [*found, f"shape: must be a list of whole numbers over 0 (got {shape!r})"]
     if name in FRAME_COLUMNS and (dtype, shape) != (FRAME_COLUMNS[name], [1]):
         found.append(f"must be {FRAME_COLUMNS[name]} of shape [1] (got {dtype} of {shape})")
@@ -136,5 +133,5 @@ def _wrong(name: str, feature: Any) -> list[str]:
     return found
 
 
-def _is_whole(value: Any, least: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= least
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value > 0

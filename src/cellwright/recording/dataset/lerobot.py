@@ -107,8 +107,7 @@ class _Set:
         require_valid(episode)
         if self._episodes:
             require_alike(episode, self._episodes[0])
-        count = len(episode.columns[0].values)
-        columns = self._columns(episode, count)
+        columns, count = self._columns(episode), episode.frames
         statistics = {name: column_statistics(values) for name, values in columns.items()}
         row: dict[str, Any] = {"episode_index": len(self.rows), "tasks": [episode.sentence], "length": count}
         row |= zip(RECORDING_COLUMNS, (episode.source, episode.sha256), strict=True)
@@ -139,16 +138,16 @@ class _Set:
         self._write_json(STATS, {**statistics, **{key: seen.as_lists() for key, seen in self._seen.items()}})
         (self._folder / "README.md").write_text(card(self._episodes), encoding="utf-8")
 
-    def _columns(self, episode: Episode, count: int) -> dict[str, NDArray[Any]]:
+    def _columns(self, episode: Episode) -> dict[str, NDArray[Any]]:
         """Return its columns and those that every set has. A vector of one value is a scalar, as LeRobot reads it."""
         task = self._sentences.setdefault(episode.sentence, len(self._sentences))
-        frames = np.arange(count, dtype=np.int64)
+        frames = np.arange(episode.frames, dtype=np.int64)
         own: dict[str, NDArray[Any]] = {
             "timestamp": (frames / episode.rate).astype(np.float32),
             "frame_index": frames,
-            "episode_index": np.full(count, len(self.rows), np.int64),
+            "episode_index": np.full_like(frames, len(self.rows)),
             "index": self.frames + frames,
-            "task_index": np.full(count, task, np.int64),
+            "task_index": np.full_like(frames, task),
         }
         given = {each.name: each.values for each in episode.columns}
         return {**{name: values[:, 0] if values.shape[1:] == (1,) else values for name, values in given.items()}, **own}
