@@ -15,7 +15,7 @@ from tests.docs.pages import Command, missing, steps
 ROOT = Path(__file__).parents[2]
 BUILD = "build/kitting"
 STEPS = ("--steps 800", "--steps 40")
-"""Steps of the training on the page, and so many that its program is one that can be scored."""
+"""Steps of the training on the page, and a number after which its program can be scored."""
 
 
 @pytest.mark.slow

@@ -120,7 +120,7 @@ class _Tasks:
     def _tell_cpus(self) -> None:
         import ray
 
-        cpus = int(ray.cluster_resources().get("CPU", 0))  # type: ignore[no-untyped-call]
+        cpus = int(ray.cluster_resources().get("CPU", 0))
         if cpus != self._cpus:
             self._cpus = cpus
             send_json(self._channel, {"cpus": cpus})
@@ -162,7 +162,7 @@ def _make_task() -> Callable[[Mapping[str, Any]], dict[str, Any]]:
     def work(order: Mapping[str, Any]) -> dict[str, Any]:
         import ray
 
-        place = f"node {ray.util.get_node_ip_address()}"  # type: ignore[no-untyped-call]
+        place = f"node {ray.util.get_node_ip_address()}"
         try:
             from cellwright.running.evaluation.execution.on_ray import node
         except ImportError as error:
