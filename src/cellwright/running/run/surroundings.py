@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.operator.surroundings import SeenPart
+from cellwright.clients.agents.operator.aids import SeenPart
 from cellwright.util.pose import Pose, Vector3
 
 

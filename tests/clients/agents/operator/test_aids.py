@@ -11,8 +11,16 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.operator.aids import HOVER, PRESS, SLOW, BeltAid, PartSnap, outward_down, snap_below
-from cellwright.clients.agents.operator.surroundings import SeenPart
+from cellwright.clients.agents.operator.aids import (
+    HOVER,
+    PRESS,
+    SLOW,
+    BeltAid,
+    PartSnap,
+    SeenPart,
+    outward_down,
+    snap_below,
+)
 from cellwright.clients.agents.operator.tool_arms import AGAINST, OperatedArm, operated_arms
 from cellwright.clients.client.client import Client
 from cellwright.config.layout.gear2017 import gear2017

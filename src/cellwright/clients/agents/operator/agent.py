@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.operator.aids import BeltAid, snap_below
+from cellwright.clients.agents.operator.aids import BeltAid, Surroundings, snap_below
 from cellwright.clients.agents.operator.control import ArmControl, Guard
 from cellwright.clients.agents.operator.device import Device
 from cellwright.clients.agents.operator.guard import ArmGuard
@@ -28,7 +28,6 @@ from cellwright.clients.agents.operator.requests import (
     ToJoints,
     read_request,
 )
-from cellwright.clients.agents.operator.surroundings import Surroundings
 from cellwright.clients.agents.operator.tool_arms import operated_arms
 from cellwright.clients.client.client import Client
 from cellwright.middleware.messages.conversions import NANOSECONDS

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.operator.surroundings import SeenPart, Surroundings
 from cellwright.clients.agents.operator.tool_arms import OperatedArm
 from cellwright.config.layout.arm_models import FACE_DEPTH
 from cellwright.config.layout.layout import Belt
@@ -32,6 +32,27 @@ _OVER = 0.003
 _LEAD_SHARE = 0.1
 _MAX_LEAD = 0.08
 """Largest distance [m] by which the tool is commanded ahead of a part that moves."""
+
+
+class SeenPart(NamedTuple):
+    """A part in the cell: its name, its type, its pose, and its linear velocity in the world [m/s]."""
+
+    name: str
+    type: str
+    world_T_part: Pose
+    velocity: Vector3
+
+
+class Surroundings(Protocol):
+    """Parts and belts of a cell, now. A person sees them on the page; no sensor is asked."""
+
+    def parts(self) -> Sequence[SeenPart]:
+        """Return all parts in the cell."""
+        ...
+
+    def belts(self) -> Mapping[str, Vector3]:
+        """Return the present velocity of each belt's surface in the world [m/s], by the belt's name."""
+        ...
 
 
 def outward_down(pose: Pose, outward: Vector3) -> Pose:
