@@ -105,7 +105,7 @@ def train(
     steps: Annotated[int, typer.Option(metavar="N", min=1, help="Steps of training of each task.")] = STEPS,
     out: Out = BUILD,
 ) -> None:
-    """Train the clone, a network for each task, from the demonstrations."""
+    """Train the clone, a network for each task, from the demonstrations; later scores use these networks."""
     for each in find_tasks(task or []):
         files = recordings(out / DEMONSTRATIONS, each, Split.TRAIN)
         with progress_bar(Console(stderr=True), each.name, 1.0) as show:
@@ -132,7 +132,7 @@ def score(
     words = program.words(name, out)
     if name == REPLAY and not (out / SCORES / RECORDED).is_dir():
         raise UsageError(f"{name}: needs the recorded runs of {RECORDED}; run python -m kitting score {RECORDED} first")
-    os.environ.setdefault(FOLDER, str((out / CLONES).resolve()))
+    _use_trained(out)
     # the key of a run does not cover the networks
     runs = given.runs(Split.TEST, record=name == RECORDED, fresh=name == CLONE)
     found = evaluate(runs, words, out / SCORES / name)
@@ -189,7 +189,7 @@ def verify_submission(
 
     Exit status: 0 every number came again; 1 some did not; 2 it is no submission of this version.
     """
-    os.environ.setdefault(FOLDER, str((out / CLONES).resolve()))
+    _use_trained(out)
     found = verify(submission, out / VERIFIED / submission.resolve().parent.name, jobs)
     typer.echo("\n".join([*found, f"{len(found)} runs differ" if found else "every number came again"]))
     raise typer.Exit(NOT_DONE if found else DONE)
@@ -200,6 +200,12 @@ def write_card() -> None:
     """Write the tables of the card, the schema of submissions and the description in Croissant."""
     for name, text in generated():
         write_atomic(ROOT / name, text)
+
+
+def _use_trained(out: Path) -> None:
+    """Let the clone use the networks that were trained here, if there are any."""
+    if (out / CLONES).is_dir():
+        os.environ.setdefault(FOLDER, str((out / CLONES).resolve()))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,8 @@ from typing import Any, Final
 
 from cellwright._package import VERSION as CELLWRIGHT
 from kitting.benchmark import NAME, ROOT, TASKS, VERSION, Split, seeds_file
+from kitting.clone.agent import PUBLISHED as NETWORKS
+from kitting.clone.agent import network_file
 from kitting.evaluate import RunRecord
 
 FILE: Final = ROOT / "croissant.json"
@@ -153,15 +155,16 @@ def croissant(results: Path = RESULTS) -> dict[str, Any]:
 
 
 def files(results: Path = RESULTS) -> Iterator[Path]:
-    """Yield the files that are described: of tasks, of seeds, and the runs of the baselines."""
+    """Yield the files that are described: of tasks, of seeds, of the clone, and the runs of the baselines."""
     yield from sorted({task.file(split) for task in TASKS for split in Split})
     yield from map(seeds_file, Split)
+    yield from (network_file(task, NETWORKS) for task in TASKS)
     yield results
 
 
 def _file_object(path: Path) -> dict[str, str]:
     """Return the description of a file; its address is the path from the folder of the benchmark."""
-    kinds = {".yaml": "application/yaml", ".txt": "text/plain", ".csv": "text/csv"}
+    kinds = {".yaml": "application/yaml", ".txt": "text/plain", ".csv": "text/csv", ".npz": "application/zip"}
     place = path.relative_to(ROOT).as_posix()
     return {
         "@type": "cr:FileObject",

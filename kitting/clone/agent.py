@@ -1,4 +1,4 @@
-"""Behaviour cloning as a program of the benchmark: the networks that `python -m kitting train` has written, at work."""
+"""Behaviour cloning as a program of the benchmark: networks that `python -m kitting train` has written, at work."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from cellwright.clients.client import Client
 from cellwright.clients.policies.cell_workplace import CellWorkplace
 from cellwright.middleware.messages.conversions import NANOSECONDS
 from cellwright.util.errors import UsageError
-from kitting.benchmark import BUILD, RATE, TASKS, BenchmarkTask, Split
+from kitting.benchmark import RATE, TASKS, BenchmarkTask, Split
 from kitting.clone.network import Array, Network
 from kitting.clone.samples import HORIZON, Observed
 from kitting.inside import cell_of
 
 FOLDER: Final = "KITTING_CLONE"
-"""Environment variable with the folder of the networks."""
+"""Environment variable with the folder of the networks; without it they are those of the published scores."""
+PUBLISHED: Final = Path(__file__).parent / "networks"
 PLAYED: Final = 4
 """Number of actions of a chunk that are played before the next one."""
 DIGITS: Final = 6
@@ -70,5 +71,5 @@ def task_of(trial: str) -> BenchmarkTask:
 
 def network_file(task: BenchmarkTask, folder: Path | None = None) -> Path:
     """Return the file of the network for a task, in a folder; by default that of the environment variable."""
-    chosen = Path(os.environ.get(FOLDER, "") or BUILD / "clone") if folder is None else folder
+    chosen = Path(os.environ.get(FOLDER, "") or PUBLISHED) if folder is None else folder
     return chosen / f"{task.name}.npz"

@@ -78,10 +78,11 @@ class Network:
         return float(np.mean(error**2)), found
 
     def save(self, path: Path) -> None:
-        """Write it to a file; equal networks give equal bytes."""
+        """Write it to a file, in numbers of 32 bits; equal networks give equal bytes."""
         path.parent.mkdir(parents=True, exist_ok=True)
         arrays = {f"weights{number}": each for number, each in enumerate(self.weights)}
-        np.savez(path, inputs=self.inputs, outputs=self.outputs, **arrays)  # type: ignore[arg-type] # names of arrays
+        arrays |= {"inputs": self.inputs, "outputs": self.outputs}
+        np.savez(path, **{name: each.astype(np.float32) for name, each in arrays.items()})  # type: ignore[arg-type] # names of arrays
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -92,8 +93,8 @@ class Network:
         """
         try:
             with np.load(path, allow_pickle=False) as found:
-                weights = [found[f"weights{number}"] for number in range(6)]
-                return cls(weights, found["inputs"], found["outputs"])
+                weights = [found[f"weights{number}"].astype(float) for number in range(6)]
+                return cls(weights, found["inputs"].astype(float), found["outputs"].astype(float))
         except (OSError, ValueError, KeyError, EOFError) as error:
             raise UsageError(f"{path}: is no trained network ({error}); run python -m kitting train") from None
 

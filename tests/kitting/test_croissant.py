@@ -37,7 +37,7 @@ def test_generated_data_say_so_and_by_what() -> None:
 
 def test_each_file_is_there_with_its_digest_and_no_other_of_the_data() -> None:
     found = {each["contentUrl"]: each for each in DESCRIBED["distribution"]}
-    files = [path for folder in ("tasks", "seeds") for path in (ROOT / folder).iterdir()]
+    files = [path for folder in ("tasks", "seeds", "clone/networks") for path in (ROOT / folder).iterdir()]
     assert found.keys() == {path.relative_to(ROOT).as_posix() for path in [*files, ROOT / "results" / "baselines.csv"]}
     for place, each in found.items():
         assert each["sha256"] == hashlib.sha256((ROOT / place).read_bytes()).hexdigest()

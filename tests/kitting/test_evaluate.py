@@ -1,5 +1,6 @@
 """Runs of the benchmark by `cellwright eval`."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -42,6 +43,13 @@ def test_evaluation_leaves_records_and_recordings_and_is_not_repeated(tmp_path: 
     assert found[0].state_hash != found[1].state_hash
     files = recordings(folder, TASK, Split.TRAIN)
     assert [file.name.split("-")[1] for file in files] == ["1", "2"]
+    results = folder / "results.jsonl"
+    lines = results.read_text().splitlines()
+    result = json.loads(lines[-1])
+    of_older_sources = json.dumps(result | {"key": "0" * len(result["key"])})
+    results.write_text("\n".join([*lines, of_older_sources]) + "\n")
+    assert recordings(folder, TASK, Split.TRAIN) == files
+    results.write_text("\n".join(lines) + "\n")
     shutil.rmtree(folder / "recordings")
     assert evaluate(runs, ["--agent", "kitting.demonstrator:Demonstrator"], folder) == found
     assert not (folder / "recordings").exists() or not [*(folder / "recordings").iterdir()]

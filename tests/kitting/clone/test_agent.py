@@ -10,8 +10,8 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
-from kitting.benchmark import BUILD, Split, find_tasks
-from kitting.clone.agent import FOLDER, Clone, chunk, network_file, task_of
+from kitting.benchmark import Split, find_tasks
+from kitting.clone.agent import FOLDER, PUBLISHED, Clone, chunk, network_file, task_of
 from kitting.clone.network import Network
 from kitting.clone.samples import HORIZON, names_of
 
@@ -41,9 +41,7 @@ def test_targets_are_distances_from_where_all_is(network: Network) -> None:
 
 def test_network_is_that_of_the_task_also_in_its_cell_for_training(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(FOLDER, raising=False)
-    assert (
-        network_file(task_of("new_part_train")) == network_file(task_of("new_part")) == BUILD / "clone" / "new_part.npz"
-    )
+    assert network_file(task_of("new_part_train")) == network_file(task_of("new_part")) == PUBLISHED / "new_part.npz"
     monkeypatch.setenv(FOLDER, "elsewhere")
     assert network_file(task_of("new_part")) == Path("elsewhere/new_part.npz")
     assert network_file(TASK, Path("given")) == Path("given/pick_from_bin.npz")
