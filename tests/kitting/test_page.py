@@ -14,18 +14,16 @@ from tests.docs.pages import Command, missing, steps
 
 ROOT = Path(__file__).parents[2]
 BUILD = "build/kitting"
-STEPS = ("--steps 800", "--steps 40")
-"""Steps of the training on the page, and a number after which its program can be scored."""
 
 
 @pytest.mark.slow
 def test_commands_of_page_print_what_it_shows(tmp_path: Path) -> None:
     taken = [step for step in steps(ROOT / "docs" / "kitting.md") if isinstance(step, Command)]
     assert len(taken) == 8
-    assert sum(STEPS[0] in step.line for step in taken) == 1
-    environment = {name: value for name, value in os.environ.items() if name != FOLDER} | {"COLUMNS": "120"}
+    environment = {name: value for name, value in os.environ.items() if name != FOLDER}
+    environment |= {"COLUMNS": "120", "OPENBLAS_NUM_THREADS": "1"}  # two threads wait for each other most of the time
     for step in taken:
-        program, *words = shlex.split(step.line.replace(BUILD, str(tmp_path)).replace(*STEPS))
+        program, *words = shlex.split(step.line.replace(BUILD, str(tmp_path)))
         if program == "python":
             _, name, *words = words
             words += [] if words[0] == "tasks" else ["--out", str(tmp_path)]
