@@ -121,9 +121,9 @@ def recordings(folder: Path, task: BenchmarkTask, split: Split) -> list[Path]:
     """
     name = task.file(split).stem
     with ResultsFile(folder) as store:
-        results = sorted((each for each in store.results.values() if each.trial == name), key=lambda each: each.seed)
-    files = [(folder / RECORDINGS / each.log_name).with_suffix(".mcap") for each in results]
-    found = [file for file in dict.fromkeys(files) if file.is_file()]  # a run of older sources has a result too
+        newest = {each.seed: each for each in store.results.values() if each.trial == name}  # of several sources
+    files = [(folder / RECORDINGS / newest[seed].log_name).with_suffix(".mcap") for seed in sorted(newest)]
+    found = [file for file in files if file.is_file()]
     if not found:
         raise UsageError(f"{folder}: has no recording of {name}; run python -m kitting demonstrate")
     return found

@@ -1,11 +1,12 @@
 """Runs of the benchmark by `cellwright eval`."""
 
-import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.util.errors import UsageError
 from kitting.benchmark import Split, find_tasks, seeds
 from kitting.evaluate import Runs, evaluate, recordings, records
@@ -43,13 +44,13 @@ def test_evaluation_leaves_records_and_recordings_and_is_not_repeated(tmp_path: 
     assert found[0].state_hash != found[1].state_hash
     files = recordings(folder, TASK, Split.TRAIN)
     assert [file.name.split("-")[1] for file in files] == ["1", "2"]
-    results = folder / "results.jsonl"
-    lines = results.read_text().splitlines()
-    result = json.loads(lines[-1])
-    of_older_sources = json.dumps(result | {"key": "0" * len(result["key"])})
-    results.write_text("\n".join([*lines, of_older_sources]) + "\n")
-    assert recordings(folder, TASK, Split.TRAIN) == files
-    results.write_text("\n".join(lines) + "\n")
+    with ResultsFile(folder) as store:  # of other sources, later
+        result = next(each for each in store.results.values() if each.seed == found[1].seed)
+        later = replace(result, key="0" * len(result.key))
+        copied = (folder / "recordings" / later.log_name).with_suffix(".mcap")
+        shutil.copy(files[1], copied)
+        store.append(later)
+    assert recordings(folder, TASK, Split.TRAIN) == [files[0], copied]
     shutil.rmtree(folder / "recordings")
     assert evaluate(runs, ["--agent", "kitting.demonstrator:Demonstrator"], folder) == found
     assert not (folder / "recordings").exists() or not [*(folder / "recordings").iterdir()]
