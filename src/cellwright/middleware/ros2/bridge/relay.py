@@ -45,6 +45,7 @@ from cellwright.middleware.wire.relay import CLOCK, STEP, serve_one
 
 _NAP = 0.02
 _QUIET = 0.2  # time without news after which all of a node is known [s]
+_QUIET_ALONE = 2.0  # the same while nothing that takes messages is known [s]: on a busy machine that may come late
 _OF_EVERY_NODE = (
     "describe_parameters",
     "get_parameter_types",
@@ -134,12 +135,15 @@ class Ros2Graph(Graph):
     def _await_rest(self, end: float) -> None:
         """Wait until nothing new appears: a node's topics and services become known one after another."""
         node, known, since = self._ros.node, (0, 0, 0), time.monotonic()
-        while time.monotonic() < min(since + _QUIET, end):
-            topics = [name for name, _ in node.get_topic_names_and_types()]
-            ends = sum(node.count_publishers(name) + node.count_subscribers(name) for name in topics)
-            now = (len(topics), len(node.get_service_names_and_types()), ends)
+        quiet = _QUIET_ALONE
+        while time.monotonic() < min(since + quiet, end):
+            found = node.get_topic_names_and_types()
+            ends = sum(node.count_publishers(name) + node.count_subscribers(name) for name, _ in found)
+            now = (len(found), len(node.get_service_names_and_types()), ends)
             if now != known:
                 known, since = now, time.monotonic()
+                reached = [self._ros.full_name(name) for name, _ in self._named(found, self._ros.full_name)]
+                quiet = _QUIET if any(map(node.count_subscribers, reached)) else _QUIET_ALONE
             time.sleep(_NAP)
 
     def _prepare(self, topics: list[dict[str, Any]]) -> None:
