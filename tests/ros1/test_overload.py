@@ -96,7 +96,7 @@ def program(count: int) -> dict[str, Any]:
     for number in range(count):
         goal = 0.05 if number % 2 else -0.05
         point = JointTrajectoryPoint(positions=[goal, *(rest[name] for name in names[1:])])
-        point.time_from_start = rospy.Duration(0.2)
+        point.time_from_start = rospy.Duration(0.5)  # a command that comes after its end is left out, as in ROS
         message = JointTrajectory(joint_names=names, points=[point])
         message.header.stamp = rospy.Time.now()
         publisher.publish(message)
