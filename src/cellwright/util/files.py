@@ -9,6 +9,7 @@ import os
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, Self
@@ -22,7 +23,7 @@ _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would
 _numbers = count()
 
 
-def open_to_read(path: Path) -> BinaryIO:
+def open_to_read(path: Path) -> BufferedReader:
     """Open a file to read it; a named pipe is refused, because opening one waits for a writer.
 
     A shell passes `/dev/stdin` or `<(command)` as a pipe without a name, which is accepted.

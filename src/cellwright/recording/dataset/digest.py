@@ -5,8 +5,6 @@ from pathlib import Path
 
 from cellwright.util.files import open_to_read
 
-_BLOCK = 1 << 20
-
 
 def sha256_of(recording: Path) -> str:
     """Return the SHA-256 of a recording, as sha256sum prints it.
@@ -21,8 +19,5 @@ def sha256_of(recording: Path) -> str:
         files = sorted(path for path in recording.rglob("*") if not path.is_dir())
         lines = (f"{sha256_of(path)}  {path.relative_to(recording).as_posix()}\n" for path in files)
         return hashlib.sha256("".join(lines).encode()).hexdigest()
-    digest = hashlib.sha256()
     with open_to_read(recording) as file:
-        while block := file.read(_BLOCK):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
