@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.tasks.view import TaskView
@@ -139,12 +138,11 @@ def _near_on_tray(condition: OnTray, view: TaskView) -> float:
 def _points(condition: KitBuilt | Scored, view: TaskView) -> Iterator[tuple[float, float]]:
     """Yield points and goal: of the score, or of each kit of the announced orders, on each tray that may have it."""
     if isinstance(condition, Scored):
-        goal = attainable_score(view.trial).total if condition.points is None else condition.points
+        goal = view.attainable.total if condition.points is None else condition.points
         yield view.competition.score().total, goal
         return
-    attainable = attainable_score(view.trial)
     for kit in (kit for order in view.competition.announced for kit in order.kits):
-        goal = attainable.kit(kit.kit_type).total if condition.points is None else condition.points
+        goal = view.attainable.kit(kit.kit_type).total if condition.points is None else condition.points
         for tray in view.trays if kit.tray is None else [kit.tray]:
             yield score_kit(kit, view.lying(tray)).total, goal
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from cellwright.cell.competition import Competition
 from cellwright.cell.devices.grippers import Gripper, tool_points
 from cellwright.cell.devices.kit_tray import KitTray, TrayPart
 from cellwright.cell.devices.parts import Parts
+from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.inventory import TrayObject, part_type, trimmed_name
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.clones import clone_name
@@ -48,6 +50,11 @@ class TaskView:
     def trial(self) -> Trial:
         """The trial of the run."""
         return self.competition.trial
+
+    @cached_property
+    def attainable(self) -> AttainableScore:
+        """Attainable points of every start of the trial: starts differ in poses and circumstances alone."""
+        return attainable_score(self.trial)
 
     def of_type(self, kind: str) -> Iterator[WorldPart]:
         """Yield the parts in play of a type."""
