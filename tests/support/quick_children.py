@@ -10,14 +10,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import pytest
 
-from cellwright.running.remote.guarded import MARK
+from cellwright.running.evaluation.execution.process import worker_server
+from cellwright.running.remote.fork_server import ForkedProcess, ForkServer
 from tests.support.warm import WarmProcess, WarmStart, warm_start
 
 _PAGE = (
@@ -59,7 +61,7 @@ class Subprocess:
         environment = {**os.environ} if env is None else env
         if Path(command[1]).name == "parent_watch.py":  # its parent would be another process
             command = command[4:]
-        elif len(command) > 3 and Path(command[3]).name == "guard.py":  # it cannot be forked
+        elif len(command) > 3 and Path(command[3]).name == "guard.py":  # it starts its program
             command = command[6:]
         with ExitStack() as stack:
             return self._start(environment).popen(
@@ -100,19 +102,40 @@ def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
     _replace_child(monkeypatch, "running.remote.hosting.AgentProcess", lambda _: warm_start())
 
 
+class SharedServer:
+    """Fork server of workers for one evaluation, which leaves the real one to the next."""
+
+    is_running = True
+
+    def __init__(self, server: ForkServer) -> None:
+        self._server = server
+
+    def popen(self, command: Sequence[str], **options: Any) -> ForkedProcess:
+        """Fork a program."""
+        return self._server.popen(command, **options)
+
+    def close(self) -> None:
+        """Let the server run."""
+
+
+@pytest.fixture(scope="session")
+def shared_workers() -> Iterator[ForkServer | None]:
+    """Yield one fork server of workers for all tests."""
+    server = worker_server()
+    yield server
+    if server is not None:
+        server.close()
+
+
 @pytest.fixture
-def quick_workers(monkeypatch: pytest.MonkeyPatch, quick_drawing: None) -> None:
-    """Fork workers of evaluations, and the process that draws for their report.
+def quick_workers(monkeypatch: pytest.MonkeyPatch, quick_drawing: None, shared_workers: ForkServer | None) -> None:
+    """Fork workers of all evaluations from one server, and the process that draws for their report.
 
-    Tests of a worker's leftovers, and of equal results, do not use this either.
+    Tests of a worker's leftovers, and of equal results, do not use this.
     """
-
-    def start(environment: Mapping[str, str]) -> WarmStart:
-        modules = ("cellwright.running.evaluation.execution.worker",)
-        shared = {name: value for name, value in environment.items() if name != MARK}  # it outlives the first run
-        return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=shared))
-
-    _replace_child(monkeypatch, "running.evaluation.execution.process.WorkerProcess", start)
+    if shared_workers is not None:
+        place = "cellwright.running.evaluation.execution.local.worker_server"
+        monkeypatch.setattr(place, partial(SharedServer, shared_workers))
 
 
 @pytest.fixture

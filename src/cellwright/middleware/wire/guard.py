@@ -18,7 +18,7 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
@@ -34,6 +34,17 @@ _POLL, _MAX_POLLS = 0.1, 100  # [s] and their number; the guard counts, so that 
 def main() -> None:
     """Run the program until it ends, or stdin does."""
     stdin, folder, program = sys.argv[1], sys.argv[2], sys.argv[3:]
+    watch(stdin, folder, lambda: _become(program))
+
+
+def watch(stdin: str, folder: str, begin: Callable[[], object]) -> None:
+    """Guard a program until it ends, or stdin does; then exit.
+
+    Args:
+        stdin: as above.
+        folder: as above.
+        begin: becomes the program, or is it; it is called in a process of its own.
+    """
     libc = ctypes.CDLL(None)
     # Orphaned descendants of the program come here, even hidden ones.
     libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)
@@ -46,7 +57,15 @@ def main() -> None:
     child = os.fork()
     if child == 0:
         libc.prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
-        _become(program, reader)
+        signal.set_wakeup_fd(-1)
+        os.dup2(reader, 0)
+        for end in {reader, writer, wake_reader, wake_writer} - {-1}:
+            os.close(end)
+        os.setpgid(0, 0)  # a program that signals its own group leaves the guard alone
+        for usual in (signal.SIGINT, signal.SIGCHLD):
+            signal.signal(usual, signal.SIG_DFL)
+        begin()
+        sys.exit()
     os.close(reader)
     signal.signal(signal.SIGTERM, lambda number, _frame: os.kill(child, number))
     is_stopped, polls = False, 0
@@ -62,7 +81,7 @@ def main() -> None:
 
                 kill_descendants()
                 shutil.rmtree(folder, ignore_errors=True)
-                sys.exit(0)
+                os._exit(0)
             if writer >= 0:
                 with contextlib.suppress(BrokenPipeError):  # the program reads no more
                     os.write(writer, text)
@@ -76,7 +95,7 @@ def main() -> None:
             if polls == _MAX_POLLS:
                 kill_descendants()
                 _say(STOPPED_WORDS)
-                sys.exit(STOPPED)
+                os._exit(STOPPED)
     left = kill_descendants()
     if left and stdin == EMPTY:
         names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
@@ -87,7 +106,7 @@ def main() -> None:
         if number != signal.SIGKILL:
             signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
-    sys.exit(os.WEXITSTATUS(status))
+    os._exit(os.WEXITSTATUS(status))
 
 
 def _changes(child: int) -> Iterator[int]:
@@ -107,12 +126,7 @@ def _say(line: str) -> None:
         sys.stderr.flush()
 
 
-def _become(program: list[str], stdin: int) -> None:
-    os.dup2(stdin, 0)
-    os.setpgid(0, 0)  # a program that signals its own group leaves the guard alone
-    signal.set_wakeup_fd(-1)
-    for number in (signal.SIGINT, signal.SIGCHLD):
-        signal.signal(number, signal.SIG_DFL)
+def _become(program: list[str]) -> None:
     try:
         os.execvp(program[0], program)  # noqa: S606
     except OSError as error:

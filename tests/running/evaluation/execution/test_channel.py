@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.execution import channel, process
+from cellwright.running.evaluation.execution import channel, local, process
 from cellwright.running.evaluation.execution.channel import ChannelError, SignedChannel, read_messages
 from cellwright.running.evaluation.execution.local import LocalRunner
 from cellwright.running.evaluation.outputs.report import report
@@ -122,6 +122,7 @@ def sent(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Re
     def evaluate(*lines: tuple[str, str]) -> list[Result]:
         table = json.dumps({1: [signed(begun=1), *lines], 2: [signed(begun=1), GOOD]})
         command = [sys.executable, "-I", "-S", "-c", WORKER, table]
+        monkeypatch.setattr(local, "worker_server", lambda: None)
         monkeypatch.setattr(process, "own_program", lambda *_: command)
         with ResultsFile(folder / "out") as store:
             assert LocalRunner(store, workers=2).run(tiny_jobs(folder, "Deliver", seeds=2))

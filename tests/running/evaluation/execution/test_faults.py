@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 from cellwright.running.evaluation.execution.local import LocalRunner
-from cellwright.running.evaluation.execution.process import WorkerProcess
 from cellwright.running.evaluation.execution.runner import RunnerOptions, Running
 from cellwright.running.evaluation.results.result import Result
 from cellwright.running.evaluation.results.results_file import ResultsFile
+from cellwright.running.remote.fork_server import ForkServer
 from tests.running.evaluation.conftest import tiny_jobs
 from tests.support.quick_children import QUICK_WORKERS
 
@@ -231,8 +231,8 @@ class NoRoom:
 
 
 def no_room(monkeypatch: pytest.MonkeyPatch, fails: Callable[[int], bool]) -> NoRoom:
-    starter = NoRoom(fails, WorkerProcess._popen)
-    monkeypatch.setattr(WorkerProcess, "_popen", starter)
+    starter = NoRoom(fails, ForkServer.popen)
+    monkeypatch.setattr(ForkServer, "popen", lambda *words, **options: starter(*words, **options))
     return starter
 
 

@@ -43,6 +43,11 @@ def children(process: int) -> list[int]:
     return found
 
 
+def guards(evaluation: int) -> list[int]:
+    """Return the guards of the workers of an evaluation: the children of its fork server."""
+    return [guard for server in children(evaluation) for guard in children(server)]
+
+
 @pytest.fixture(autouse=True)
 def ended() -> Iterator[None]:
     """Check that no process of a test outlives it, however the test ended."""
@@ -82,11 +87,11 @@ def test_killed_evaluation_resumes_without_losing_results(
     (folder / "hold").touch()
     killed = start(folder, "Noted")
     wait_until(lambda: results(folder), "first result")
-    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")
-    workers = children(killed.pid)
+    wait_until(lambda: len(guards(killed.pid)) == 2, "two workers")
+    workers = [*children(killed.pid), *guards(killed.pid)]
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
-    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
+    wait_until(lambda: not any(map(is_running, workers)), "end of server and workers")
     before = results(folder)
     assert 1 <= len(before) < 4
     with (folder / "out" / "results.jsonl").open("a") as file:
@@ -110,11 +115,11 @@ def test_killed_evaluation_resumes_without_losing_results(
 def test_hanging_workers_end_with_killed_evaluation(folder: Path) -> None:
     killed = start(folder, "Hang")
     wait_until(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2, "two logs")
-    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")  # a log exists before its worker
-    workers = children(killed.pid)
+    wait_until(lambda: len(guards(killed.pid)) == 2, "two workers")  # a log exists before its worker
+    workers = [*children(killed.pid), *guards(killed.pid)]
     killed.kill()
     killed.communicate()
-    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
+    wait_until(lambda: not any(map(is_running, workers)), "end of server and workers")
     assert results(folder) == []
 
 
@@ -124,13 +129,13 @@ def test_signal_ends_evaluation_and_keeps_results(number: int, folder: Path) -> 
     (folder / "hold").touch()
     process = start(folder, "Noted")
     wait_until(lambda: results(folder), "first result")
-    workers = children(process.pid)
+    workers = [*children(process.pid), *guards(process.pid)]
     process.send_signal(number)
     out, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 75
     assert "Traceback" not in out
     assert "interrupted: " in out
-    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
+    wait_until(lambda: not any(map(is_running, workers)), "end of server and workers")
     written = json.loads((folder / "out" / "summary.json").read_text())
     assert written["runs"] == len(results(folder))
     assert (folder / "out" / "report.html").exists()

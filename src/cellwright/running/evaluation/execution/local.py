@@ -15,7 +15,7 @@ from typing import Any
 
 from cellwright.running.evaluation.execution.channel import Report
 from cellwright.running.evaluation.execution.memory import MEMORY_IS_LIMITED, OwnTime, Usage, usage_below
-from cellwright.running.evaluation.execution.process import NO_MEMORY, JobOrder, WorkerProcess
+from cellwright.running.evaluation.execution.process import NO_MEMORY, JobOrder, WorkerProcess, worker_server
 from cellwright.running.evaluation.execution.replayed import first_difference
 from cellwright.running.evaluation.execution.runner import STARTS, Runner, RunnerOptions, Running
 from cellwright.running.evaluation.plan.job import MEBIBYTE, Job
@@ -23,6 +23,7 @@ from cellwright.running.evaluation.results.folder import LOGS, RECORDINGS
 from cellwright.running.evaluation.results.result import POINT_TOLERANCE, Lost, Result, ResultError
 from cellwright.running.evaluation.results.results_file import ResultsFile
 from cellwright.running.evaluation.results.state import LIVE_NAME, STATES, loses_points, state_file, write_state
+from cellwright.running.remote.fork_server import ForkServer
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, printable
 
@@ -70,6 +71,7 @@ class LocalRunner(Runner):
         self._failed_starts = 0
         self._live = ""
         self._wakes: SimpleQueue[Any] = SimpleQueue()
+        self._server: ForkServer | None = None
 
     def check_agent(self, agent: str) -> str:
         """Return why an agent cannot be used; empty if it can. A process of its own makes the agent, within the limits.
@@ -78,7 +80,7 @@ class LocalRunner(Runner):
         """
         for _ in range(self._max_starts):
             try:
-                worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
+                worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"), self._running_server())
             except OSError as error:
                 self.failure = self._words_of(error)
                 return ""
@@ -140,6 +142,8 @@ class LocalRunner(Runner):
             for worker in self._running:
                 worker.stop()
             self._running.clear()
+            if self._server is not None:
+                self._server.close()
         return not unfinished
 
     def _take_more(self) -> bool:
@@ -187,7 +191,13 @@ class LocalRunner(Runner):
         if job in self._claims:
             log = _verification_log(log)
             order = replace(order, run_log="", record="", over="", replays=record, end=self._claims[job][1].simulated)
-        self._running[WorkerProcess(order, log, self._wakes, job.trial.reachable)] = job
+        worker = WorkerProcess(order, log, self._running_server(), self._wakes, job.trial.reachable)
+        self._running[worker] = job
+
+    def _running_server(self) -> ForkServer | None:
+        if self._server is None or not self._server.is_running:
+            self._server = worker_server()
+        return self._server
 
     def _record_of(self, job: Job) -> Path:
         return self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")

@@ -21,11 +21,13 @@ from cellwright.running.evaluation.execution.channel import ChannelError, Messag
 from cellwright.running.evaluation.execution.memory import OwnTime, oom_kills
 from cellwright.running.evaluation.results.result import POINT_TOLERANCE
 from cellwright.running.evaluation.results.seal import KEY_VARIABLE
-from cellwright.running.remote.guarded import GuardedProcess
+from cellwright.running.remote.fork_server import CAN_FORK, ForkServer
+from cellwright.running.remote.guarded import GuardedProcess, guarding_server
 from cellwright.running.run import Outcome
 from cellwright.util.errors import printable
 from cellwright.util.process import own_program
 
+_WORKER = "cellwright.running.evaluation.execution.worker"
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that limit numerical libraries to one thread each: workers share the processor among them."""
 _TAIL_LINES = 30  # lines of a log that a result holds
@@ -80,17 +82,32 @@ class JobOrder:
     start: float = math.inf
 
 
+def worker_server() -> ForkServer | None:
+    """Return a new fork server for workers; None where there is none.
+
+    Raises:
+        OSError: it cannot be started.
+    """
+    return guarding_server([_WORKER], _environment()) if CAN_FORK else None
+
+
 class WorkerProcess(GuardedProcess):
     """A process of `cellwright.running.evaluation.execution.worker`.
 
     Args:
         log: file for its output.
+        server: the server that forks for it, from `worker_server`; None to start it.
         wakes: receives this object whenever its state has changed.
         attainable: the most points that the run can have.
     """
 
     def __init__(
-        self, order: JobOrder, log: Path, wakes: SimpleQueue[Any] | None = None, attainable: float = math.inf
+        self,
+        order: JobOrder,
+        log: Path,
+        server: ForkServer | None,
+        wakes: SimpleQueue[Any] | None = None,
+        attainable: float = math.inf,
     ) -> None:
         self.log = log
         self.started = time.monotonic()
@@ -117,12 +134,13 @@ class WorkerProcess(GuardedProcess):
         try:
             with log.open("wb") as stderr:
                 super().__init__(
-                    own_program("cellwright.running.evaluation.execution.worker", self._folder.name),
+                    [_WORKER, self._folder.name] if server is not None else own_program(_WORKER, self._folder.name),
                     folder=self._folder.name,
                     relays=True,
                     environment=_environment(),
                     stderr=stderr,
                     read=self._listen,
+                    server=server,
                 )
         except BaseException:
             self._folder.cleanup()
