@@ -174,17 +174,20 @@ class ForkedProcess:
 
 def main() -> None:
     """Load the modules, and fork for each request; in a fork, run the program that was ordered."""
-    _, _, number, *modules = sys.argv
+    _, _, line, *modules = sys.argv
     for name in modules:
         import_module(name)
     gc.freeze()  # collections in forks touch, and so copy, none of this memory
-    report, streams = _await_order(socket.socket(fileno=int(number)))
+    report, streams = _await_order(socket.socket(fileno=int(line)))
     os.setsid()
     for target, stream in enumerate(streams):
         os.dup2(stream, target)
     order = json.loads(b"".join(iter(lambda: report.recv(1 << 16), b"")))
     report.detach()
-    os.closerange(len(streams), os.sysconf("SC_OPEN_MAX"))  # what a started program does not have either
+    for number in map(int, os.listdir("/proc/self/fd")):
+        if number >= len(streams):  # a program that is started has none of them either
+            with suppress(OSError):  # that of the list itself
+                os.close(number)
     _run(**order)
 
 

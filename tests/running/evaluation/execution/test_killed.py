@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.main import main
+from cellwright.running.evaluation.execution.local import LocalRunner
+from cellwright.running.evaluation.results.results_file import ResultsFile
 from tests.support.processes import is_running
 from tests.support.quick_children import QUICK_WORKERS
 from tests.support.waiting import TIMEOUT, wait_until
@@ -139,6 +141,15 @@ def test_signal_ends_evaluation_and_keeps_results(number: int, folder: Path) -> 
     written = json.loads((folder / "out" / "summary.json").read_text())
     assert written["runs"] == len(results(folder))
     assert (folder / "out" / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_evaluation_that_ends_with_its_check_leaves_no_server(folder: Path) -> None:
+    before = children(os.getpid())
+    with ResultsFile(folder / "out") as store:
+        evaluation = LocalRunner(store)
+        assert evaluation.check_agent("programs.py:Deliver") == ""
+        assert children(os.getpid()) == before
 
 
 @QUICK_WORKERS

@@ -78,20 +78,23 @@ class LocalRunner(Runner):
 
         If the machine prevents that, `failure` says how.
         """
-        for _ in range(self._max_starts):
-            try:
-                worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"), self._running_server())
-            except OSError as error:
-                self.failure = self._words_of(error)
-                return ""
-            try:
-                worker.wait(_START_TIMEOUT + self._limits.wall)
-            finally:
-                ending = worker.stop()
-            self.failure = worker.machine_fault(ending)
-            if not self.failure:
-                break
-            self._options.on_fault(f"check of the agent: {self.failure}")
+        try:
+            for _ in range(self._max_starts):
+                try:
+                    worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"), self._running_server())
+                except OSError as error:
+                    self.failure = self._words_of(error)
+                    return ""
+                try:
+                    worker.wait(_START_TIMEOUT + self._limits.wall)
+                finally:
+                    ending = worker.stop()
+                self.failure = worker.machine_fault(ending)
+                if not self.failure:
+                    break
+                self._options.on_fault(f"check of the agent: {self.failure}")
+        finally:
+            self._end_server()  # an evaluation may end with its check
         if self.failure:
             return ""
         if worker.refused:
@@ -142,8 +145,7 @@ class LocalRunner(Runner):
             for worker in self._running:
                 worker.stop()
             self._running.clear()
-            if self._server is not None:
-                self._server.close()
+            self._end_server()
         return not unfinished
 
     def _take_more(self) -> bool:
@@ -198,6 +200,10 @@ class LocalRunner(Runner):
         if self._server is None or not self._server.is_running:
             self._server = worker_server()
         return self._server
+
+    def _end_server(self) -> None:
+        if self._server is not None:
+            self._server.close()
 
     def _record_of(self, job: Job) -> Path:
         return self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")
