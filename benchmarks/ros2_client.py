@@ -47,7 +47,7 @@ class Client:
 
     def close(self) -> None:
         """Leave the graph."""
-        self.executor.shutdown()
+        self.executor.create_task(self.executor.shutdown)  # by the thread that spins, which uses what this takes away
         self.thread.join()
         self.node.destroy_node()
         rclpy.try_shutdown()

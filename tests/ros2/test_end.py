@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import cellwright
 from tests.ros2.ground import Ground, bridge_pid
 from tests.support.processes import Process
 from tests.support.waiting import wait_until
@@ -56,6 +57,33 @@ def shared_files(pid: int) -> set[str]:
 
 def _is_alone(cell: Process) -> bool:
     return not cell.relatives()
+
+
+def end_amid_callbacks(source: str, rounds: int) -> None:
+    """End the bridge's node, and that of tests, while their threads call callbacks as fast as they can."""
+    import sys
+
+    sys.path.append(source)
+    from rclpy_node import Node
+
+    from cellwright.middleware.ros2.bridge.node import RosNode
+
+    for _ in range(rounds):
+        served = RosNode("served", ())
+        sys.setswitchinterval(1e-6)  # what the threads do alternates as finely as it can
+        for _ in range(8):
+            served.node.create_timer(1e-5, list)
+        served.start()
+        served.close()
+        with Node() as me:
+            for _ in range(8):
+                me.node.create_timer(1e-5, list)
+
+
+def test_node_ends_amid_callbacks_without_a_complaint(domain: Ground) -> None:
+    program = domain.client(end_amid_callbacks, str(Path(cellwright.__file__).parents[1]), 20)
+    assert program.value() is None
+    assert not program.err
 
 
 @pytest.mark.slow

@@ -41,7 +41,7 @@ class Node:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.executor.shutdown()
+        self.executor.create_task(self.executor.shutdown)  # by the thread that spins, which uses what this takes away
         self._thread.join()
         for client in [each for each in self.node.waitables if isinstance(each, ActionClient)]:
             client.destroy()  # not before: the thread that spins may be about to wait for it

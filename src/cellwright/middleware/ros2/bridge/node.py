@@ -132,10 +132,13 @@ class RosNode:
 
     def close(self) -> None:
         """Leave the graph; the order is the one in which rclpy ends without complaint."""
+        if self._thread.is_alive():
+            # in the thread that spins: from another it takes away what that thread is using
+            with contextlib.suppress(Exception):
+                self.executor.create_task(self.executor.shutdown)
+            self._thread.join(SIGN_OFF_TIMEOUT)
         with contextlib.suppress(Exception):
             self.executor.shutdown()
-        if self._thread.is_alive():
-            self._thread.join(SIGN_OFF_TIMEOUT)
         self.receiver.close(SIGN_OFF_TIMEOUT)
         for node in (*self._further, self.node):
             node.destroy_node()
