@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import json
 import os
-import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -23,6 +21,7 @@ from typing import IO, Any
 
 import pytest
 
+from cellwright.running.remote.fork_server import ForkedProcess
 from tests.support.leftovers import MARK
 from tests.support.waiting import TIMEOUT
 
@@ -113,49 +112,21 @@ exec(program)
 """
 
 
-class WarmProcess:
+class WarmProcess(ForkedProcess):
     """A running program that was forked; it has the part of `subprocess.Popen` that Cellwright and its tests use.
 
-    Several threads may wait for it at once.
-
     Attributes:
-        pid: id of the process.
-        returncode: its exit status, negative for a signal; None while it runs.
         stdin: its standard input, if that is a pipe.
         stdout: its standard output, if that goes to a pipe.
         stderr: its standard error, likewise.
     """
 
-    def __init__(self, report: int, pipes: Sequence[IO[Any] | None]) -> None:
-        self.returncode: int | None = None
-        self.stdin, self.stdout, self.stderr = pipes
-        self._report = report
-        weakref.finalize(self, os.close, report)  # not before: threads may read it
-        self._lock = threading.Lock()
-        self._text = b""
-        assert self._read(TIMEOUT, lines=1), "no program was forked"
-        self.pid = int(self._text.split()[0])
+    stdin: Any
+    stdout: Any
 
-    def poll(self) -> int | None:
-        """Return the exit status; None while it runs."""
-        if self.returncode is None and self._read(0, lines=2):
-            self.returncode = int(self._text.split()[1])
-        return self.returncode
-
-    def wait(self, timeout: float | None = None) -> int:
-        """Wait for the end; return the exit status.
-
-        Args:
-            timeout: bound [s]; None for no bound.
-
-        Raises:
-            subprocess.TimeoutExpired: it still runs.
-        """
-        if self.returncode is None and not self._read(timeout, lines=2):
-            raise subprocess.TimeoutExpired(f"program {self.pid}", timeout or 0.0)
-        status = self.poll()
-        assert status is not None
-        return status
+    def __init__(self, report: socket.socket, pipes: Sequence[Any]) -> None:
+        stdin, stdout, self.stderr = pipes
+        super().__init__(report, stdin, stdout)
 
     def communicate(self, timeout: float = TIMEOUT) -> tuple[str, str]:
         """Read its output to the end and wait for its end; return both outputs.
@@ -182,31 +153,6 @@ class WarmProcess:
             raise subprocess.TimeoutExpired(f"program {self.pid}", timeout)
         self.wait(timeout)
         return texts[0], texts[1]
-
-    def send_signal(self, number: int) -> None:
-        """Send a signal to it, if it runs."""
-        if self.poll() is None:
-            os.kill(self.pid, number)
-
-    def terminate(self) -> None:
-        """Send it SIGTERM."""
-        self.send_signal(signal.SIGTERM)
-
-    def kill(self) -> None:
-        """Send it SIGKILL."""
-        self.send_signal(signal.SIGKILL)
-
-    def _read(self, timeout: float | None, *, lines: int) -> bool:
-        """Read until the report has a number of lines, or nothing comes for a time [s]; return whether it has them."""
-        while self._text.count(b"\n") < lines:
-            if not select.select([self._report], [], [], timeout)[0]:
-                return False
-            with self._lock:
-                if self._text.count(b"\n") < lines:  # otherwise another thread has read it meanwhile
-                    data = os.read(self._report, 64)
-                    assert data, "the warm start has died"
-                    self._text += data
-        return True
 
 
 class WarmStart:
@@ -338,8 +284,8 @@ class WarmStart:
         folder: Path,
         environment: Mapping[str, str],
         streams: Sequence[IO[bytes]],
-    ) -> int:
-        """Fork a program; return the end of the pipe for its id and its exit status."""
+    ) -> socket.socket:
+        """Fork a program; return the socket from which its id and its exit status come."""
         job = {
             "first": self._first,
             "program": program,
@@ -348,13 +294,12 @@ class WarmStart:
             "environment": dict(environment),
         }
         sys.audit(FORK, arguments)
-        report, their_report = os.pipe()
-        with TemporaryFile() as order:
+        report, their_report = socket.socketpair()
+        with their_report, TemporaryFile() as order:
             order.write(json.dumps(job).encode())
             order.flush()
-            files = [order.fileno(), their_report, *(stream.fileno() for stream in streams)]
+            files = [order.fileno(), their_report.fileno(), *(stream.fileno() for stream in streams)]
             socket.send_fds(self._line, [b"."], files)
-        os.close(their_report)
         return report
 
 
