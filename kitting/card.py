@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from statistics import mean
 from typing import Final
 
 from cellwright._package import VERSION as CELLWRIGHT
@@ -185,16 +184,11 @@ def _results() -> str:
 
 
 def _cost() -> str:
-    found = read_outcomes(RESULTS)
-    rows = []
-    for name, records in found.items():
-        walls: dict[str, list[float]] = {}
-        for each in records:
-            walls.setdefault(each.task, []).append(each.wall)
-        spent = sum(map(sum, walls.values())) / 3600.0
-        full = sum(map(mean, walls.values())) * len(seeds(Split.TEST)) / 3600.0
-        rows.append((f"`{name}`", str(len(records)), f"{spent:.3f}", f"{full:.1f}"))
-    return _table(("program", "runs here", "core hours here", "core hours of all seeds"), rows)
+    rows = [
+        (f"`{name}`", f"{sum(each.wall for each in records) / 3600.0:.1f}")
+        for name, records in read_outcomes(RESULTS).items()
+    ]
+    return _table(("program", "core hours"), rows)
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
