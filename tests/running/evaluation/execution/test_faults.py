@@ -136,12 +136,14 @@ def killer(number: int, *, times: int) -> Callable[[object], None]:
     def look(_: object) -> None:
         nonlocal left
         pid = Path("pid")
-        if pid.exists() and left:
+        if not pid.exists():  # asked once: it may come at any moment
+            return
+        if left:
             process = int(pid.read_text())
             pid.unlink()
             left -= 1
             os.kill(process, number)
-        elif pid.exists():
+        else:
             Path("go").touch()
 
     return look
